@@ -1,0 +1,11 @@
+# find_package(sdmt COMPONENTS nn track train eval): one targets file per component, so that a
+# consumer of nn and track needs neither OpenCV nor anything else that only train uses.
+include(CMakePackageConfigHelpers)
+get_property(SDMT_INSTALLED_MODULES GLOBAL PROPERTY SDMT_MODULES)
+configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/sdmt-config.cmake.in
+  ${PROJECT_BINARY_DIR}/sdmt-config.cmake
+  INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sdmt)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/sdmt-config-version.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/sdmt-config.cmake ${PROJECT_BINARY_DIR}/sdmt-config-version.cmake
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sdmt)

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sdmt/nn/image_view.h"
+#include "sdmt/track/box.h"
+
+namespace sdmt::track {
+
+/// Feature vectors of the boxes of one frame, row after row.
+struct Embeddings {
+  int dimension = 0;
+  std::vector<float> values;        ///< [boxes, dimension]; rows of valid boxes have length 1
+  std::vector<unsigned char> valid;  ///< [boxes]; 0 where no crop could be taken (decisions B12)
+
+  std::span<const float> row(std::size_t i) const {
+    return {values.data() + i * static_cast<std::size_t>(dimension),
+            static_cast<std::size_t>(dimension)};
+  }
+};
+
+/// Turns boxes into feature vectors whose Euclidean distance d says how alike two people look;
+/// affinity is 1 - d (section III-B of the paper).
+class AppearanceModel {
+ public:
+  virtual ~AppearanceModel() = default;
+
+  virtual int dimension() const = 0;
+  /// tau_a: pairs with affinity above it count as the same person.
+  virtual double affinity_threshold() const = 0;
+  /// Embeds the boxes of one frame in one batch; `out` gets one row a box. Boxes may leave the image.
+  virtual void embed(const nn::ImageView& frame, std::span<const Tlwh> boxes, Embeddings& out) = 0;
+};
+
+}  // namespace sdmt::track

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace sdmt::tools {
+
+// Each command of the binary lives in tools/commands/<name>_command.cpp and has one function here.
+// It adds its subcommand with its options to the parser; the subcommand's callback does the work.
+// Callbacks throw: std::logic_error and its kinds (std::invalid_argument, ...) for bad usage or
+// input, anything else for a failure while running. main() prints the one line and picks the exit
+// code.
+
+}  // namespace sdmt::tools
