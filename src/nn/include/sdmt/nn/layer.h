@@ -14,13 +14,14 @@ namespace sdmt::nn {
 struct Parameter {
   std::string name;  ///< within its layer: "weight" or "bias"
   Tensor value;
-  Tensor grad;              ///< same shape as value; empty until the first backward()
-  bool decay = true;        ///< weight decay applies (false for biases and normalisation)
-  bool trainable = true;    ///< false: frozen, backward() leaves grad alone
-  float lr_scale = 1.0F;    ///< factor on the optimiser's learning rate, > 0
+  Tensor grad;            ///< same shape as value; empty until the first backward()
+  bool decay = true;      ///< weight decay applies (false for biases and normalisation)
+  bool trainable = true;  ///< false: frozen, backward() leaves grad alone
+  float lr_scale = 1.0F;  ///< factor on the optimiser's learning rate, > 0
 };
 
-/// A named array that is part of a layer's state but is not learnt by gradient (running statistics).
+/// A named array that is part of a layer's state but is not learnt by gradient (running
+/// statistics).
 struct Buffer {
   std::string name;
   Tensor value;
@@ -30,9 +31,9 @@ struct Buffer {
 enum class Mode { inference, training };
 
 /// One step of a network: y = f(x), with its derivative. Tensors belong to the caller, who keeps x
-/// and y alive between forward() and backward() of the same batch; a layer holds only its parameters
-/// and small scratch memory. Not thread-safe; a layer uses OpenMP inside. Results do not depend on
-/// the number of threads.
+/// and y alive between forward() and backward() of the same batch; a layer holds only its
+/// parameters and small scratch memory. Not thread-safe; a layer uses OpenMP inside. Results do not
+/// depend on the number of threads.
 class Layer {
  public:
   virtual ~Layer() = default;
@@ -48,8 +49,8 @@ class Layer {
   virtual void forward(const Tensor& x, Tensor& y, Mode mode) = 0;
 
   /// Given dy = dL/dy for the x and y of the last forward(..., Mode::training): adds dL/dparameter
-  /// to the grad of every trainable parameter, and, when dx is not null, resizes *dx to x's shape and
-  /// sets it to dL/dx.
+  /// to the grad of every trainable parameter, and, when dx is not null, resizes *dx to x's shape
+  /// and sets it to dL/dx.
   virtual void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) = 0;
 
   /// Learnt arrays in a fixed order; pointers stay valid for the life of the layer.

@@ -12,7 +12,7 @@ namespace sdmt::track {
 /// Feature vectors of the boxes of one frame, row after row.
 struct Embeddings {
   int dimension = 0;
-  std::vector<float> values;        ///< [boxes, dimension]; rows of valid boxes have length 1
+  std::vector<float> values;         ///< [boxes, dimension]; rows of valid boxes have length 1
   std::vector<unsigned char> valid;  ///< [boxes]; 0 where no crop could be taken (decisions B12)
 
   std::span<const float> row(std::size_t i) const {
@@ -30,7 +30,8 @@ class AppearanceModel {
   virtual int dimension() const = 0;
   /// tau_a: pairs with affinity above it count as the same person.
   virtual double affinity_threshold() const = 0;
-  /// Embeds the boxes of one frame in one batch; `out` gets one row a box. Boxes may leave the image.
+  /// Embeds the boxes of one frame in one batch; `out` gets one row a box. Boxes may leave the
+  /// image.
   virtual void embed(const nn::ImageView& frame, std::span<const Tlwh> boxes, Embeddings& out) = 0;
 };
 

@@ -3,8 +3,8 @@
 
 namespace sdmt::track {
 
-/// Top-left corner and size in pixels, in the coordinates of whoever made the box: MOTChallenge files
-/// and everything the tracker takes and returns count the first pixel as 1 (decisions B13).
+/// Top-left corner and size in pixels, in the coordinates of whoever made the box: MOTChallenge
+/// files and everything the tracker takes and returns count the first pixel as 1 (decisions B13).
 struct Tlwh {
   double left = 0;
   double top = 0;

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sdmt/nn/image_view.h"
+#include "sdmt/nn/model_file.h"
+#include "sdmt/nn/patch.h"
+
+namespace sdmt::nn {
+
+struct EmbedderOptions {
+  /// Crops that go through the network at once, 1..4096; more are embedded in pieces of equal size.
+  /// Memory grows by about 7 MB a crop.
+  int max_batch = 40;
+
+  void validate() const;
+};
+
+/// A box of an image whose appearance is wanted.
+struct Crop {
+  ImageView image;
+  PixelRect rect;
+};
+
+/// Feature vectors of crops, row after row.
+struct EmbeddingRows {
+  std::vector<float> values;         ///< [crops, kEmbeddingSize]; zeros where not valid
+  std::vector<unsigned char> valid;  ///< [crops]; 0 where the crop has no visible_region()
+};
+
+/// Turns boxes of images into unit vectors whose Euclidean distance says how unlike two people
+/// look. One path for tracking, validation and `sdmt embed`. Memory is kept between calls. Not
+/// thread-safe; uses OpenMP inside. A row does not depend on the other crops of the call.
+class Embedder {
+ public:
+  /// Throws std::invalid_argument when the options or the model's preprocessing are not valid.
+  explicit Embedder(Model model, const EmbedderOptions& options = {});
+
+  const ModelMetadata& metadata() const { return model_.metadata; }
+
+  /// One row for each crop, in order. `out` is resized.
+  void embed(std::span<const Crop> crops, EmbeddingRows& out);
+  /// The same for boxes of one image.
+  void embed(const ImageView& image, std::span<const PixelRect> rects, EmbeddingRows& out);
+
+ private:
+  EmbedderOptions options_;
+  Model model_;
+  Tensor patches_;
+  std::vector<Crop> crops_;
+};
+
+}  // namespace sdmt::nn

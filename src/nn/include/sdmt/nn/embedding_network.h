@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sdmt/nn/layer.h"
+
+namespace sdmt::nn {
+
+class Sequential;
+
+/// Length of the vector that the network makes of a crop (the paper's table 1).
+inline constexpr int kEmbeddingSize = 128;
+
+struct EmbeddingNetworkOptions {
+  int height = 128;  ///< of the input, a multiple of 4, 4..4096 (two poolings)
+  int width = 64;    ///< as height
+  /// Start of the batch normalisation before the unit sphere. With the usual gamma 1, beta 0 two
+  /// random embeddings are sqrt(2) apart, far outside the margin 0.2, and the contrastive loss
+  /// hardly learns; these values make the mean distance start near the margin. gamma > 0.
+  float initial_gamma = 0.15F;
+  float initial_beta = 1.0F;
+  std::uint64_t seed = 0;  ///< of the random weights
+
+  void validate() const;
+};
+
+/// The network of the paper's table 1: VGG-16's conv1_1 .. conv3_3 with their ReLUs and the first
+/// two poolings (the trunk: [n,128,64,3] -> [n,32,16,256]), then a fully connected layer to 128,
+/// ReLU, another to 128, batch normalisation, and the projection to the unit sphere (the head).
+class EmbeddingNetwork {
+ public:
+  /// Random weights: He initialisation (normal, variance 2 / inputs), biases 0.
+  explicit EmbeddingNetwork(const EmbeddingNetworkOptions& options = {});
+  ~EmbeddingNetwork();
+  EmbeddingNetwork(EmbeddingNetwork&&) noexcept;
+  EmbeddingNetwork& operator=(EmbeddingNetwork&&) noexcept;
+
+  const EmbeddingNetworkOptions& options() const { return options_; }
+  Shape input_shape(int batch) const;
+
+  /// Layers "conv1_1", "relu1_1", ..., "pool1", ..., "conv3_3", "relu3_3".
+  Sequential& trunk() { return *trunk_; }
+  const Sequential& trunk() const { return *trunk_; }
+  /// Layers "fc1", "relu1", "fc2", "bn", "l2".
+  Sequential& head() { return *head_; }
+  const Sequential& head() const { return *head_; }
+
+  /// Trunk, then head: [n, height, width, 3] -> [n, 1, 1, 128], rows of length 1. The result is
+  /// valid until the next call.
+  const Tensor& forward(const Tensor& patches, Mode mode);
+
+  /// How the values of a tensor in memory relate to those in a file, which keeps PyTorch's order.
+  enum class FileLayout {
+    same,            ///< biases, fc2, batch normalisation
+    convolution,     ///< OHWI in memory, OIHW in the file
+    flattened_input  ///< inputs of fc1: (h,w,c) in memory, (c,h,w) in the file
+  };
+  /// A tensor of the network that a model file holds.
+  struct StoredTensor {
+    std::string
+        name;  ///< in the file: "features.0.weight" (as torchvision), "head.fc1.weight", ...
+    Tensor* value;
+    FileLayout layout;
+    std::vector<std::uint64_t> file_shape;
+    Parameter* parameter;  ///< nullptr for running statistics
+  };
+  /// All parameters and running statistics, trunk first, in a fixed order.
+  std::vector<StoredTensor> stored_tensors() const;
+  /// To be called after values were changed through stored_tensors().
+  void parameters_changed();
+
+ private:
+  EmbeddingNetworkOptions options_;
+  std::unique_ptr<Sequential> trunk_;
+  std::unique_ptr<Sequential> head_;
+};
+
+}  // namespace sdmt::nn
