@@ -9,6 +9,6 @@ namespace sdmt::tools {
 // It adds its subcommand with its options to the parser; the subcommand's callback does the work.
 // Callbacks throw: std::logic_error and its kinds (std::invalid_argument, ...) for bad usage or
 // input, anything else for a failure while running. main() prints the one line and picks the exit
-// code.
+// code, and gives every command --config and --threads.
 
 }  // namespace sdmt::tools

@@ -1,17 +1,75 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/core.h>
+#include <omp.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
+#include <opencv2/core.hpp>
+#include <opencv2/core/utils/logger.hpp>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "command.h"
+#include "config_arguments.h"
+#include "stop_signal.h"
 
 namespace {
 
+using namespace sdmt::tools;
+
 constexpr int kFailure = 1;
 constexpr int kBadInput = 2;
+
+void add_commands(CLI::App& app) {
+  CLI::App* synth = app.add_subcommand("synth", "Make practice data");
+  synth->require_subcommand(1);
+}
+
+// Every command that does work gets --config and --threads.
+void add_shared_options(CLI::App& app) {
+  const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
+  for (CLI::App* command : commands) add_shared_options(*command);
+  if (!commands.empty() || app.get_parent() == nullptr) return;
+  app.add_option_function<std::vector<std::string>>(
+         "--config", [](const std::vector<std::string>&) {},
+         "JSON file of options, or the name of a shipped one (track-paper, ...); may be repeated, "
+         "the later wins, options typed here win over all")
+      ->allow_extra_args(false)
+      ->type_name("FILE");
+  app.add_option_function<int>(
+         "--threads", [](int threads) { omp_set_num_threads(threads); },
+         "Threads to use [all cores]; the results do not depend on it")
+      ->check(CLI::Range(1, 1024));
+}
+
+// The libraries under us shall neither print nor start threads of their own.
+void quiet_opencv() {
+  cv::setNumThreads(1);
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
+}
+
+// A parse error, with the config file that the offending value came from, on one line.
+std::string parse_message(const CLI::ParseError& error, const ExpandedArguments& expanded) {
+  std::string message = error.what();
+  for (const auto& [option, file] : expanded.origin) {
+    const auto at = message.find(option);
+    if (at == std::string::npos) continue;
+    const auto end = at + option.size();
+    if (end < message.size() &&
+        (std::isalnum(static_cast<unsigned char>(message[end])) != 0 || message[end] == '-')) {
+      continue;  // a longer name
+    }
+    message += fmt::format(" (set in {})", file);
+  }
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  return message;
+}
 
 }  // namespace
 
@@ -20,24 +78,29 @@ int main(int argc, char** argv) {
   app.name("sdmt");
   app.set_version_flag("--version", std::string("sdmt ") + SDMT_VERSION);
   app.require_subcommand(1);
+  add_commands(app);
+  add_shared_options(app);
+  quiet_opencv();
 
-  const auto command_name = [&app] {
-    const auto chosen = app.get_subcommands();
-    return chosen.empty() ? std::string("sdmt") : "sdmt " + chosen.front()->get_name();
+  const std::vector<std::string> typed(argv + 1, argv + argc);
+  const auto report = [&](const std::string& message, int code) {
+    fmt::print(stderr, "{}: {}\n", command_name(app, typed), message);
+    return code;
   };
+  ExpandedArguments expanded;
   try {
-    app.parse(argc, argv);
+    expanded = expand_config(app, typed);
+    app.parse(std::vector<std::string>(expanded.arguments.rbegin(),  // CLI11 wants the last first
+                                       expanded.arguments.rend()));
   } catch (const CLI::Success& help) {
     return app.exit(help);
   } catch (const CLI::ParseError& error) {
-    fmt::print(stderr, "{}: {}\n", command_name(), error.what());
-    return kBadInput;
+    return report(parse_message(error, expanded), kBadInput);
   } catch (const std::logic_error& error) {
-    fmt::print(stderr, "{}: {}\n", command_name(), error.what());
-    return kBadInput;
+    return report(error.what(), kBadInput);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}: {}\n", command_name(), error.what());
-    return kFailure;
+    return report(error.what(), kFailure);
   }
-  return 0;
+  const int signal = received_stop_signal();
+  return signal == 0 ? 0 : 128 + signal;
 }
