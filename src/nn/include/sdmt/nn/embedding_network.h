@@ -23,8 +23,8 @@ struct EmbeddingNetworkOptions {
   /// hardly learns; these values make the mean distance start near the margin. gamma > 0.
   float initial_gamma = 0.15F;
   float initial_beta = 1.0F;
-  std::uint64_t seed = 0;  ///< of the random weights
 
+  /// Throws std::invalid_argument naming the field, its value and the bound.
   void validate() const;
 };
 
@@ -33,7 +33,7 @@ struct EmbeddingNetworkOptions {
 /// ReLU, another to 128, batch normalisation, and the projection to the unit sphere (the head).
 class EmbeddingNetwork {
  public:
-  /// Random weights: He initialisation (normal, variance 2 / inputs), biases 0.
+  /// All weights and biases are 0 until initialize() is called or a file is loaded.
   explicit EmbeddingNetwork(const EmbeddingNetworkOptions& options = {});
   ~EmbeddingNetwork();
   EmbeddingNetwork(EmbeddingNetwork&&) noexcept;
@@ -49,23 +49,26 @@ class EmbeddingNetwork {
   Sequential& head() { return *head_; }
   const Sequential& head() const { return *head_; }
 
+  /// Random weights in every convolution and fully connected layer (He et al., 2015: normal, mean
+  /// 0, variance 2 / inputs), biases 0, batch normalisation as the options say. The same seed gives
+  /// the same weights on any number of threads.
+  void initialize(std::uint64_t seed);
+
   /// Trunk, then head: [n, height, width, 3] -> [n, 1, 1, 128], rows of length 1. The result is
   /// valid until the next call.
   const Tensor& forward(const Tensor& patches, Mode mode);
 
-  /// How the values of a tensor in memory relate to those in a file, which keeps PyTorch's order.
-  enum class FileLayout {
-    same,            ///< biases, fc2, batch normalisation
-    convolution,     ///< OHWI in memory, OIHW in the file
-    flattened_input  ///< inputs of fc1: (h,w,c) in memory, (c,h,w) in the file
-  };
   /// A tensor of the network that a model file holds.
   struct StoredTensor {
     std::string
         name;  ///< in the file: "features.0.weight" (as torchvision), "head.fc1.weight", ...
+    std::vector<std::uint64_t>
+        file_shape;  ///< as PyTorch has it: [out,in,kh,kw], [out,in] or [out]
     Tensor* value;
-    FileLayout layout;
-    std::vector<std::uint64_t> file_shape;
+    /// The file keeps PyTorch's order: the values of one output lie as [channels][positions] in the
+    /// file and as [positions][channels] in memory. 9 for a 3x3 convolution, h * w for fc1 (which
+    /// reads the flattened feature map), 1 where both orders are the same.
+    int positions;
     Parameter* parameter;  ///< nullptr for running statistics
   };
   /// All parameters and running statistics, trunk first, in a fixed order.

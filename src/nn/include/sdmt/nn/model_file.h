@@ -40,6 +40,10 @@ void save_model(const std::filesystem::path& path, const Model& model,
 /// must live until the file is written.
 void add_model(SafetensorsWriter& writer, const Model& model, Storage storage);
 
+/// Replaces the metadata of a model file; its tensors keep their bytes. Throws as load_model() and
+/// save_model() do.
+void rewrite_metadata(const std::filesystem::path& path, const ModelMetadata& metadata);
+
 /// Replaces the trunk's weights by those of a file with torchvision's names (features.0.weight,
 /// ...; a whole VGG-16 will do). Returns the names of the file's other tensors, which are ignored.
 /// Throws std::invalid_argument naming file and tensor when one is missing or has another shape;

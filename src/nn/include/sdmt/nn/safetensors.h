@@ -60,9 +60,10 @@ class Safetensors {
   /// As at(); throws also when the shape differs from `shape`.
   const SafetensorsEntry& at(std::string_view tensor, std::span<const std::uint64_t> shape) const;
 
-  /// The values of an F32, F16, BF16 or F64 tensor as float32 (F64 is rounded). `out` must have
-  /// room for exactly count() values. Throws std::invalid_argument for another type.
-  void read_floats(const SafetensorsEntry& entry, std::span<float> out) const;
+  /// out.size() values of an F32, F16, BF16, F64 (rounded) or I8 tensor as float32, from value
+  /// `first` on. Throws std::invalid_argument for another type or values outside the tensor.
+  void read_floats(const SafetensorsEntry& entry, std::span<float> out,
+                   std::uint64_t first = 0) const;
   /// The values of a U64 or I64 tensor (negative values keep their 64 bits); other types throw.
   std::vector<std::uint64_t> read_integers(std::string_view tensor) const;
 
