@@ -13,7 +13,7 @@ namespace sdmt::track {
 struct Embeddings {
   int dimension = 0;
   std::vector<float> values;         ///< [boxes, dimension]; rows of valid boxes have length 1
-  std::vector<unsigned char> valid;  ///< [boxes]; 0 where no crop could be taken (decisions B12)
+  std::vector<unsigned char> valid;  ///< [boxes]; 0 where no crop could be taken
 
   std::span<const float> row(std::size_t i) const {
     return {values.data() + i * static_cast<std::size_t>(dimension),

@@ -4,7 +4,7 @@
 namespace sdmt::track {
 
 /// Top-left corner and size in pixels, in the coordinates of whoever made the box: MOTChallenge
-/// files and everything the tracker takes and returns count the first pixel as 1 (decisions B13).
+/// files and everything the tracker takes and returns count the first pixel as 1.
 struct Tlwh {
   double left = 0;
   double top = 0;
@@ -14,7 +14,7 @@ struct Tlwh {
   bool operator==(const Tlwh&) const = default;
 };
 
-/// Centre and size in pixels: what the Kalman filter estimates (decisions C1).
+/// Centre and size in pixels: what the Kalman filter estimates.
 struct Cxcywh {
   double cx = 0;
   double cy = 0;

@@ -8,7 +8,7 @@ namespace sdmt::track {
 /// One box proposed by a detector in one frame.
 struct Detection {
   Tlwh box;
-  /// The detector's score; any finite value (decisions E2). A ScoreCalibration turns raw margins
+  /// The detector's score; any finite value. A ScoreCalibration turns raw margins
   /// into probabilities before the tracker sees them.
   double score = 1.0;
 };

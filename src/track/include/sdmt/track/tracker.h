@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "sdmt/nn/image_view.h"
+#include "sdmt/track/appearance_model.h"
+#include "sdmt/track/detection.h"
+#include "sdmt/track/finished_frame.h"
+#include "sdmt/track/tracker_options.h"
+
+namespace sdmt::track {
+
+/// What a tracker has done so far.
+struct TrackerStats {
+  std::int64_t frames = 0;
+  std::int64_t detections = 0;         ///< as given
+  std::int64_t suppressed = 0;         ///< dropped by min_confidence or nms
+  std::int64_t embedded = 0;           ///< boxes given to the appearance model, boosting included
+  std::int64_t without_embedding = 0;  ///< of those, boxes without a valid crop: matched by motion
+  std::int64_t tracklets = 0;          ///< born
+  std::int64_t boosted = 0;            ///< boosted boxes that were assigned
+  std::int64_t merges = 0;
+  std::int64_t tracks = 0;  ///< ids reported
+  /// Seconds of wall time by stage.
+  double predict_seconds = 0, embed_seconds = 0, assign_seconds = 0, boost_seconds = 0,
+         associate_seconds = 0, emit_seconds = 0;
+};
+
+/// Why two tracklets were or were not made one track.
+enum class AssociationVerdict {
+  merged,
+  no_overlap,   ///< the older tracklet's prediction does not touch the newer one's first box
+  appearance,   ///< affinity not above the threshold
+  no_feature,   ///< one of them has no stored appearance
+  better_pair,  ///< one of them was merged with another tracklet
+};
+const char* to_string(AssociationVerdict verdict);
+
+struct AssociationDecision {
+  int frame = 0;             ///< in which it was made
+  int older = 0, newer = 0;  ///< ids
+  int gap = 0;               ///< frames between the older one's last and the newer one's first box
+  double affinity = 0;       ///< of appearance (NaN where unknown)
+  AssociationVerdict verdict = AssociationVerdict::merged;
+};
+
+/// The Siamese Deep Metric Tracker (section III of the paper), online with a fixed delay.
+///
+///   Tracker tracker(TrackerOptions{}, &appearance);
+///   while (camera.read(frame))
+///     for (const FinishedFrame& done : tracker.update(detect(frame), &frame)) show(done);
+///   for (const FinishedFrame& done : tracker.finish()) show(done);
+///
+/// Deterministic: the same calls give the same output for any number of threads. Memory and time a
+/// frame depend on the people of the last seconds, not on how long it runs. Not thread-safe;
+/// trackers do not share anything.
+class Tracker {
+ public:
+  /// Without an appearance model the tracker works by motion alone. The model must outlive it.
+  /// Throws std::invalid_argument as TrackerOptions::validate().
+  explicit Tracker(const TrackerOptions& options = {}, AppearanceModel* appearance = nullptr);
+  ~Tracker();
+  Tracker(Tracker&&) noexcept;
+  Tracker& operator=(Tracker&&) noexcept;
+
+  /// Takes the detections of the next frame, possibly none, and returns the frames finished by it,
+  /// in order; the reference holds until the next call. Call it for every frame, also for frames
+  /// without detections. `frame`: its image; nullptr where there is none (unreadable): assigned by
+  /// motion. Throws std::invalid_argument for a box that is not finite, has no extent or lies
+  /// beyond 1e12 pixels, or a score that is not finite; the tracker is then as if the call had not
+  /// been made.
+  const std::vector<FinishedFrame>& update(std::span<const Detection> detections,
+                                           const nn::ImageView* frame = nullptr);
+
+  /// The end of the input: one last association, then all frames still held back. Afterwards only
+  /// stats() may be called.
+  const std::vector<FinishedFrame>& finish();
+
+  const TrackerStats& stats() const;
+
+  /// Called with every decision about a pair of positive tracklets whose times fit, each time it is
+  /// made. For explaining; costs time.
+  void on_association(std::function<void(const AssociationDecision&)> observer);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sdmt::track

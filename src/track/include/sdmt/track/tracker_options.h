@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string_view>
+
+#include "sdmt/track/score_calibration.h"
+
+namespace sdmt::track {
+
+/// How the distances between a detection and the stored states of a tracklet become one.
+enum class GalleryDistance {
+  mean,     ///< equation 2 of the paper
+  nearest,  ///< the closest stored state decides: one view of a person is enough
+};
+/// Which states a tracklet keeps when it has more than gallery_size.
+enum class GallerySelection {
+  spread,  ///< evenly spaced over its life, the first and the latest included
+  first,
+  last,
+};
+/// Which boxes are embedded.
+enum class EmbedPolicy {
+  always,  ///< every strong detection of every frame, as in the paper
+  needed,  ///< not those that motion alone assigns without doubt; see embed_refresh
+};
+/// Which gaps of a track are filled with interpolated boxes.
+enum class FillGaps { none, merged, all };
+/// Which box is reported for a frame with a detection.
+enum class ReportBox {
+  smoothed,   ///< Rauch-Tung-Striebel over the frames seen until the frame is finished
+  filtered,   ///< the Kalman filter's estimate in that frame
+  detection,  ///< the detection as it came
+};
+
+/// Every number of the tracker. The defaults are the `tuned` preset: the paper's tracker with a
+/// stricter input (calibrated scores, suppression of duplicates, births from strong detections
+/// only) and smoothed output. paper() is the paper to the letter.
+struct TrackerOptions {
+  // Input. Scores are those of the detector, or probabilities where a calibration is set.
+  std::optional<ScoreCalibration> calibration;
+  /// Off: every detection counts as certain (score 1). For detectors that give no score.
+  bool use_scores = true;
+  /// Detections below are dropped. Default: none.
+  double min_confidence = -std::numeric_limits<double>::infinity();
+  /// Of two detections that overlap by more (IoU, 0..1) the one with the lower score is dropped
+  /// before anything else sees it; 1 keeps all, as the paper does. Two boxes on one person start
+  /// two tracks that steal each other's detections.
+  double nms = 0.4;
+  /// Detections from here on are strong: they are matched first, by appearance and motion, and
+  /// start tracklets. Weaker ones only continue tracklets that are left over, by motion. -inf: all
+  /// strong.
+  double strong_confidence = 0.6;
+  /// Motion gate of the weak detections: IoU strictly above, 0..1.
+  double weak_iou = 0.4;
+
+  // Motion (section III-D). Noise is in units of the box height, as in DeepSORT.
+  double position_noise = 1.0 / 20;   ///< of measurements and, a frame, of the prediction; > 0
+  double velocity_noise = 1.0 / 100;  ///< a frame; > 0
+  double min_iou = 0.3;               ///< tau_m, strictly above; 0..1
+  /// Predictions in a row without a detection after which a tracklet is inactive; >= 1.
+  int max_misses = 4;
+  /// Further predictions, in frames, for which an inactive tracklet can be associated; >= 0.
+  int association_horizon = 90;
+
+  // Appearance (sections III-B and III-D).
+  /// tau_a, strictly above; default: the appearance model's threshold less threshold_margin.
+  std::optional<double> appearance_threshold;
+  /// Neighbouring frames of one camera are harder to tell apart than validation pairs and a gate
+  /// too strict costs more than one too loose: this much is taken off the model's threshold. 0..1.
+  double threshold_margin = 0.015;
+  double lambda = 0.5;          ///< weight of appearance in the affinity (equation 4), 0..1
+  bool appearance_gate = true;  ///< off: tau_a does not restrict assignment
+  GalleryDistance gallery_distance = GalleryDistance::nearest;
+  GallerySelection gallery_selection = GallerySelection::spread;
+  int gallery_size = 20;  ///< N, stored states a tracklet; 1..1000
+  /// Maps threshold..1 to 0..1 before the two affinities are mixed. The gates leave appearance a
+  /// range of 0.1 and motion one of 0.7: without it motion decides nearly alone.
+  bool rescale_affinity = true;
+  /// Only detections with this score or more are stored as states. Default: all that are embedded.
+  double feature_min_confidence = -std::numeric_limits<double>::infinity();
+  EmbedPolicy embed = EmbedPolicy::always;
+  /// With EmbedPolicy::needed: longest time in frames that a tracklet goes without a new state;
+  /// >= 1.
+  int embed_refresh = 5;
+
+  // Tracklet confidence: a tracklet that misses one of these is negative and not reported.
+  int min_length = 6;                ///< tau_l, assigned detections; >= 1
+  double min_mean_confidence = 0.7;  ///< tau_c, mean score of the assigned detections
+  double max_mean_cost = std::numeric_limits<double>::infinity();  ///< mean of 1 - affinity
+
+  // Detection boosting (section III-E).
+  bool boosting = false;
+  int boost_grid = 7;             ///< positions along x and along y; odd, 1..31
+  double boost_reach = 0.3;       ///< largest shift in box widths and heights; 0..2
+  double boost_scale_step = 0.1;  ///< sizes 1 - step, 1, 1 + step; 0..0.9, 0 keeps the size
+  int boost_interval = 2;         ///< a tracklet is boosted at most once in this many frames; >= 1
+  double boost_nms = 0.5;         ///< boosted boxes that overlap others by more (IoU) are dropped
+
+  // Tracklet association (section III-F).
+  bool association = true;
+  /// Without an appearance model: associate by motion alone (nearest prediction first) or not at
+  /// all, as the paper's row "without appearance modelling".
+  bool motion_association = true;
+  int association_interval = 20;  ///< frames; >= 1
+  /// Affinity of two tracklets must be strictly above. Default: tau_a.
+  std::optional<double> association_threshold;
+  /// Best candidate of the oldest tracklet first, as the paper's listing; off: best pair first.
+  bool literal_association = false;
+
+  // Output.
+  FillGaps fill = FillGaps::all;
+  int max_fill = 30;  ///< longest gap to fill, in missing frames; >= 1
+  ReportBox report = ReportBox::smoothed;
+  double smoothing_position_noise =
+      1.0 / 200;  ///< as position_noise, of the smoother's motion; > 0
+  double smoothing_velocity_noise = 1.0 / 320;  ///< as velocity_noise; > 0
+  /// Frames between a frame and its output. kAutoDelay: as many as decisions can need, see
+  /// auto_delay(). 0: strictly online. kUnlimitedDelay: all output at finish().
+  int delay = kAutoDelay;
+
+  static constexpr int kAutoDelay = -1;
+  static constexpr int kUnlimitedDelay = std::numeric_limits<int>::max();
+
+  /// The paper to the letter.
+  static TrackerOptions paper();
+  static TrackerOptions tuned() { return {}; }
+
+  /// The lag, in frames, at which the tracker decides about a frame when nothing shortens it:
+  /// a gap, the frames until the tracklet behind it is long enough, and the wait for the next
+  /// association. A longer delay changes no output, only when it comes.
+  int auto_delay() const;
+
+  /// Throws std::invalid_argument naming field, value and bound.
+  void validate() const;
+};
+
+/// "auto", "inf" or a number of frames. Throws std::invalid_argument for anything else.
+int parse_delay(std::string_view text);
+
+}  // namespace sdmt::track
