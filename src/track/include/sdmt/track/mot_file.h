@@ -37,6 +37,7 @@ struct ResultRow {
   int id = 1;
   Tlwh box;
   double confidence = 1;
+  int category = -1;  ///< the eighth column, whole part; -1 where the file has none
 };
 
 /// Rows frame,id,left,top,width,height,score[,...]: what a detector found in a sequence.

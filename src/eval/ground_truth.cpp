@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/eval/ground_truth.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "sdmt/track/sequence.h"
+
+namespace sdmt::eval {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+fs::path ground_truth_file(const fs::path& folder) {
+  const fs::path flat = folder / "gt.txt";
+  return fs::is_regular_file(flat) ? flat : folder / "gt" / "gt.txt";
+}
+
+}  // namespace
+
+GroundTruth read_sequence_ground_truth(const fs::path& folder) {
+  GroundTruth gt;
+  gt.file = ground_truth_file(folder);
+  gt.rows = track::read_ground_truth(gt.file);
+  if (track::Sequence::is_sequence(folder)) gt.num_frames = track::Sequence::read(folder).length;
+  gt.has_length = gt.num_frames > 0;
+  if (!gt.has_length && !gt.rows.empty()) gt.num_frames = gt.rows.back().frame;
+  // The folder names the sequence, as result files are named after it; seqinfo.ini's own name is
+  // not always the same (MOT17-02 for MOT17-02-FRCNN).
+  const fs::path named = fs::absolute(folder).lexically_normal();
+  gt.name = (named.has_filename() ? named : named.parent_path()).filename().string();
+  return gt;
+}
+
+std::vector<fs::path> find_sequences(const fs::path& path) {
+  if (!fs::is_directory(path)) {
+    throw std::invalid_argument(path.string() + ": no such folder");
+  }
+  if (fs::is_regular_file(ground_truth_file(path))) return {path};
+  std::vector<fs::path> folders;
+  for (const auto& entry : fs::directory_iterator(path)) {
+    if (entry.is_directory() && fs::is_regular_file(ground_truth_file(entry.path()))) {
+      folders.push_back(entry.path());
+    }
+  }
+  if (folders.empty()) {
+    throw std::invalid_argument(path.string() +
+                                ": neither gt/gt.txt nor subfolders with gt/gt.txt");
+  }
+  std::sort(folders.begin(), folders.end());
+  return folders;
+}
+
+}  // namespace sdmt::eval

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sdmt/track/mot_file.h"
+
+namespace sdmt::eval {
+
+/// The annotation of one sequence.
+struct GroundTruth {
+  std::string name;            ///< of the sequence: its folder's name
+  std::filesystem::path file;  ///< for messages
+  int num_frames = 0;          ///< seqLength of seqinfo.ini; without one, the last annotated frame
+  bool has_length = false;     ///< num_frames comes from seqinfo.ini
+  std::vector<track::GroundTruthRow> rows;  ///< by frame
+};
+
+/// Reads FOLDER/gt/gt.txt (or FOLDER/gt.txt) and FOLDER/seqinfo.ini where it exists. Throws
+/// std::invalid_argument naming the file for a missing file or a malformed row.
+GroundTruth read_sequence_ground_truth(const std::filesystem::path& folder);
+
+/// Sequence folders found at `path`: itself when it holds ground truth, else its subfolders that
+/// do, by name. Throws std::invalid_argument when there is none.
+std::vector<std::filesystem::path> find_sequences(const std::filesystem::path& path);
+
+}  // namespace sdmt::eval
