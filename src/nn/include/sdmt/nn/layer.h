@@ -20,11 +20,24 @@ struct Parameter {
   float lr_scale = 1.0F;  ///< factor on the optimiser's learning rate, > 0
 };
 
+/// A parameter with its name in the whole network, "conv1_1.weight". The layer owns the parameter.
+struct NamedParameter {
+  std::string name;
+  Parameter* parameter = nullptr;
+};
+
 /// A named array that is part of a layer's state but is not learnt by gradient (running
 /// statistics).
 struct Buffer {
   std::string name;
   Tensor value;
+};
+
+/// A tensor that somebody else owns, with its name in the whole network or optimiser: what is saved
+/// and loaded by name.
+struct NamedTensor {
+  std::string name;
+  Tensor* tensor = nullptr;
 };
 
 /// inference: running statistics, nothing kept for backward(). training: batch statistics.

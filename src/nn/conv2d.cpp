@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/nn/conv2d.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "kernels/column_sum.h"
+#include "kernels/gemm.h"
+#include "kernels/im2col.h"
+#include "kernels/scratch.h"
+#include "parameter_access.h"
+#include "sdmt/nn/max_pool2d.h"
+
+namespace sdmt::nn {
+
+namespace {
+
+// Output pixels whose windows are laid out at a time.
+constexpr std::int64_t kWindowsPerBlock = 256;
+
+void require_at_least(const char* field, int value, int bound) {
+  if (value < bound) {
+    throw std::invalid_argument(std::string("Conv2d: ") + field + " is " + std::to_string(value) +
+                                ", expected >= " + std::to_string(bound));
+  }
+}
+
+WindowGeometry geometry_of(const Conv2dOptions& options, Shape in, Shape out) {
+  return {.height = in.h,
+          .width = in.w,
+          .channels = in.c,
+          .kernel = options.kernel_size,
+          .stride = options.stride,
+          .padding = options.padding,
+          .out_height = out.h,
+          .out_width = out.w};
+}
+
+}  // namespace
+
+void Conv2dOptions::validate() const {
+  require_at_least("in_channels", in_channels, 1);
+  require_at_least("out_channels", out_channels, 1);
+  require_at_least("kernel_size", kernel_size, 1);
+  require_at_least("stride", stride, 1);
+  require_at_least("padding", padding, 0);
+}
+
+Conv2d::Conv2d(Conv2dOptions options) : options_(options) {
+  options_.validate();
+  const int k = options_.kernel_size;
+  weight_.name = "weight";
+  weight_.value = Tensor({options_.out_channels, k, k, options_.in_channels});
+  bias_.name = "bias";
+  bias_.decay = false;
+  if (options_.bias) bias_.value = Tensor({1, 1, 1, options_.out_channels});
+}
+
+void Conv2d::reset_parameters(Random& random) {
+  he_normal(weight_.value, static_cast<double>(weight_.value.shape().image_size()), random);
+  if (options_.bias) bias_.value.fill(0.0F);
+  parameters_changed();
+}
+
+Shape Conv2d::output_shape(Shape in) const {
+  const auto extent = [this](int size) {
+    return (size + 2 * options_.padding - options_.kernel_size) / options_.stride + 1;
+  };
+  const int smallest = options_.kernel_size - 2 * options_.padding;
+  if (in.c != options_.in_channels || in.h < std::max(1, smallest) ||
+      in.w < std::max(1, smallest)) {
+    throw std::invalid_argument(
+        "Conv2d: input is " + in.str() + ", expected " + std::to_string(options_.in_channels) +
+        " channels and an extent of at least " + std::to_string(std::max(1, smallest)));
+  }
+  return {in.n, extent(in.h), extent(in.w), options_.out_channels};
+}
+
+void Conv2d::forward(const Tensor& x, Tensor& y, Mode) { forward_fused(x, y, Fusion::none); }
+
+void Conv2d::forward_fused(const Tensor& x, Tensor& y, Fusion fusion) {
+  if (fusion == Fusion::relu_max_pool) {
+    Tensor before_pool;
+    forward_fused(x, before_pool, Fusion::relu);
+    MaxPool2d().forward(before_pool, y, Mode::inference);
+    return;
+  }
+  const Shape out = output_shape(x.shape());
+  y.resize(out);
+  const WindowGeometry g = geometry_of(options_, x.shape(), out);
+  const std::int64_t blocks = (g.windows() + kWindowsPerBlock - 1) / kWindowsPerBlock;
+#pragma omp parallel for collapse(2) schedule(dynamic)
+  for (int image = 0; image < out.n; ++image) {
+    for (std::int64_t block = 0; block < blocks; ++block) {
+      const std::int64_t first = block * kWindowsPerBlock;
+      const std::int64_t count = std::min(kWindowsPerBlock, g.windows() - first);
+      float* const rows =
+          thread_scratch(ScratchUse::columns, static_cast<std::size_t>(count * g.window_size()));
+      im2col(g, x.image(image), first, count, rows);
+      gemm(count, out.c, g.window_size(), {rows, g.window_size(), 1},
+           {weight_.value.data(), 1, g.window_size()},
+           {.data = y.image(image) + first * out.c,
+            .row_stride = out.c,
+            .bias = options_.bias ? bias_.value.data() : nullptr,
+            .relu = fusion == Fusion::relu});
+    }
+  }
+}
+
+void Conv2d::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* dx) {
+  const Shape out = dy.shape();
+  const WindowGeometry g = geometry_of(options_, x.shape(), out);
+  const std::int64_t depth = g.window_size();
+  if (options_.bias && bias_.trainable) {
+    add_column_sums(dy.data(), out.n * g.windows(), out.c, gradient_of(bias_));
+  }
+  if (weight_.trainable) {
+    float* const gradient = gradient_of(weight_);
+    float* const rows =
+        thread_scratch(ScratchUse::columns, static_cast<std::size_t>(g.windows() * depth));
+    for (int image = 0; image < out.n; ++image) {
+#pragma omp parallel for schedule(static)
+      for (int row = 0; row < g.out_height; ++row) {
+        const std::int64_t first = std::int64_t{row} * g.out_width;
+        im2col(g, x.image(image), first, g.out_width, rows + first * depth);
+      }
+      gemm(out.c, depth, g.windows(), {dy.image(image), 1, out.c}, {rows, depth, 1},
+           {.data = gradient, .row_stride = depth, .accumulate = true});
+    }
+  }
+  if (dx == nullptr) return;
+  dx->resize(x.shape());
+  dx->fill(0.0F);
+  const std::int64_t blocks = (g.windows() + kWindowsPerBlock - 1) / kWindowsPerBlock;
+#pragma omp parallel for schedule(dynamic) if (out.n > 1)
+  for (int image = 0; image < out.n; ++image) {
+    for (std::int64_t block = 0; block < blocks; ++block) {
+      const std::int64_t first = block * kWindowsPerBlock;
+      const std::int64_t count = std::min(kWindowsPerBlock, g.windows() - first);
+      float* const rows =
+          thread_scratch(ScratchUse::columns, static_cast<std::size_t>(count * depth));
+      gemm(count, depth, out.c, {dy.image(image) + first * out.c, out.c, 1},
+           {weight_.value.data(), depth, 1}, {.data = rows, .row_stride = depth});
+      col2im_add(g, rows, first, count, dx->image(image));
+    }
+  }
+}
+
+std::vector<Parameter*> Conv2d::parameters() {
+  if (options_.bias) return {&weight_, &bias_};
+  return {&weight_};
+}
+
+void Conv2d::parameters_changed() {}
+
+}  // namespace sdmt::nn

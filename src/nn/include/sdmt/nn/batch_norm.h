@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "sdmt/nn/layer.h"
+
+namespace sdmt::nn {
+
+struct BatchNormOptions {
+  int num_features = 0;        ///< channels, >= 1
+  double eps = 1e-5;           ///< added to the variance, > 0
+  double momentum = 0.1;       ///< weight of the new batch in the running statistics, in [0,1]
+  float initial_gamma = 1.0F;  ///< start of `weight`
+  float initial_beta = 0.0F;   ///< start of `bias`
+
+  /// Throws std::invalid_argument naming field, value and bound.
+  void validate() const;
+};
+
+/// Batch normalisation over all positions of a channel (Ioffe & Szegedy, 2015), as
+/// torch.nn.BatchNorm1d/2d: y = (x - mean) / sqrt(var + eps) * weight + bias.
+/// training: mean and biased variance of the batch; running_mean and running_var (unbiased
+/// variance) move towards them by `momentum`. inference: the running statistics.
+class BatchNorm : public Layer {
+ public:
+  /// running_mean 0, running_var 1. Throws as BatchNormOptions::validate().
+  explicit BatchNorm(BatchNormOptions options);
+
+  const BatchNormOptions& options() const { return options_; }
+
+  Parameter& weight() { return weight_; }           ///< gamma, [1,1,1,num_features]
+  Parameter& bias() { return bias_; }               ///< beta, [1,1,1,num_features]
+  Buffer& running_mean() { return running_mean_; }  ///< [1,1,1,num_features]
+  Buffer& running_var() { return running_var_; }    ///< [1,1,1,num_features]
+
+  std::string_view type() const override { return "BatchNorm"; }
+  Shape output_shape(Shape in) const override;
+  /// Throws std::invalid_argument in training mode when a channel has a single value (batch of
+  /// one).
+  void forward(const Tensor& x, Tensor& y, Mode mode) override;
+  /// Uses the batch statistics of the last forward in training mode. Does not read y.
+  void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
+  std::vector<Parameter*> parameters() override { return {&weight_, &bias_}; }
+  std::vector<Buffer*> buffers() override { return {&running_mean_, &running_var_}; }
+
+ private:
+  BatchNormOptions options_;
+  Parameter weight_;
+  Parameter bias_;
+  Buffer running_mean_;
+  Buffer running_var_;
+  std::vector<double> batch_mean_;     // of the last forward in training mode
+  std::vector<double> batch_inv_std_;  // 1 / sqrt(var + eps)
+};
+
+}  // namespace sdmt::nn

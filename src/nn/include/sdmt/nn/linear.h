@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sdmt/nn/layer.h"
+#include "sdmt/nn/random.h"
+
+namespace sdmt::nn {
+
+struct LinearOptions {
+  int in_features = 0;   ///< >= 1
+  int out_features = 0;  ///< >= 1
+  bool bias = true;
+
+  /// Throws std::invalid_argument naming field, value and bound.
+  void validate() const;
+};
+
+/// y = x W^T + b, as torch.nn.Linear. x is [n,h,w,c] with h*w*c == in_features, read in memory
+/// order (h, then w, then c); y is [n,1,1,out_features].
+class Linear : public Layer {
+ public:
+  /// Weights and biases are zero until set or reset_parameters(). Throws as
+  /// LinearOptions::validate().
+  explicit Linear(LinearOptions options);
+
+  const LinearOptions& options() const { return options_; }
+
+  /// [out_features, 1, 1, in_features]
+  Parameter& weight() { return weight_; }
+  /// [1,1,1,out_features]; empty without bias.
+  Parameter& bias() { return bias_; }
+
+  /// He initialisation: weights normal with variance 2 / in_features, biases zero.
+  void reset_parameters(Random& random);
+
+  std::string_view type() const override { return "Linear"; }
+  Shape output_shape(Shape in) const override;
+  void forward(const Tensor& x, Tensor& y, Mode mode) override;
+  /// Does not read y.
+  void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
+  std::vector<Parameter*> parameters() override;
+
+ private:
+  LinearOptions options_;
+  Parameter weight_;
+  Parameter bias_;
+};
+
+}  // namespace sdmt::nn

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/nn/linear.h"
+
+#include <stdexcept>
+#include <string>
+
+#include "kernels/column_sum.h"
+#include "kernels/gemm.h"
+#include "parameter_access.h"
+
+namespace sdmt::nn {
+
+void LinearOptions::validate() const {
+  const auto require_positive = [](const char* field, int value) {
+    if (value < 1) {
+      throw std::invalid_argument(std::string("Linear: ") + field + " is " + std::to_string(value) +
+                                  ", expected >= 1");
+    }
+  };
+  require_positive("in_features", in_features);
+  require_positive("out_features", out_features);
+}
+
+Linear::Linear(LinearOptions options) : options_(options) {
+  options_.validate();
+  weight_.name = "weight";
+  weight_.value = Tensor({options_.out_features, 1, 1, options_.in_features});
+  bias_.name = "bias";
+  bias_.decay = false;
+  if (options_.bias) bias_.value = Tensor({1, 1, 1, options_.out_features});
+}
+
+void Linear::reset_parameters(Random& random) {
+  he_normal(weight_.value, options_.in_features, random);
+  if (options_.bias) bias_.value.fill(0.0F);
+  parameters_changed();
+}
+
+Shape Linear::output_shape(Shape in) const {
+  if (in.image_size() != static_cast<std::size_t>(options_.in_features)) {
+    throw std::invalid_argument("Linear: input is " + in.str() + ", expected " +
+                                std::to_string(options_.in_features) + " values a row");
+  }
+  return {in.n, 1, 1, options_.out_features};
+}
+
+void Linear::forward(const Tensor& x, Tensor& y, Mode) {
+  y.resize(output_shape(x.shape()));
+  const std::ptrdiff_t in = options_.in_features;
+  const std::ptrdiff_t out = options_.out_features;
+  gemm(x.shape().n, out, in, {x.data(), in, 1}, {weight_.value.data(), 1, in},
+       {.data = y.data(), .row_stride = out, .bias = options_.bias ? bias_.value.data() : nullptr});
+}
+
+void Linear::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* dx) {
+  const std::ptrdiff_t in = options_.in_features;
+  const std::ptrdiff_t out = options_.out_features;
+  const int n = x.shape().n;
+  if (options_.bias && bias_.trainable) add_column_sums(dy.data(), n, out, gradient_of(bias_));
+  if (weight_.trainable) {
+    gemm(out, in, n, {dy.data(), 1, out}, {x.data(), in, 1},
+         {.data = gradient_of(weight_), .row_stride = in, .accumulate = true});
+  }
+  if (dx == nullptr) return;
+  dx->resize(x.shape());
+  gemm(n, in, out, {dy.data(), out, 1}, {weight_.value.data(), in, 1},
+       {.data = dx->data(), .row_stride = in});
+}
+
+std::vector<Parameter*> Linear::parameters() {
+  if (options_.bias) return {&weight_, &bias_};
+  return {&weight_};
+}
+
+}  // namespace sdmt::nn

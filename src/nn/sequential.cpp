@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/nn/sequential.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include "sdmt/nn/conv2d.h"
+#include "sdmt/nn/max_pool2d.h"
+#include "sdmt/nn/relu.h"
+
+namespace sdmt::nn {
+
+Sequential& Sequential::add(std::string name, std::unique_ptr<Layer> layer) {
+  if (name.empty()) throw std::invalid_argument("Sequential: a layer has no name");
+  for (const Entry& entry : entries_) {
+    if (entry.name == name) {
+      throw std::invalid_argument("Sequential: two layers are named " + name);
+    }
+  }
+  entries_.push_back({std::move(name), std::move(layer)});
+  activations_.emplace_back();
+  input_ = nullptr;
+  return *this;
+}
+
+int Sequential::index(std::string_view name) const {
+  for (int i = 0; i < size(); ++i) {
+    if (this->name(i) == name) return i;
+  }
+  throw std::invalid_argument("Sequential: there is no layer " + std::string(name));
+}
+
+int Sequential::checked_last(int first, int last) const {
+  const int end = last == -1 ? size() : last;
+  if (first < 0 || end < first || end > size()) {
+    throw std::invalid_argument("Sequential: layers [" + std::to_string(first) + "," +
+                                std::to_string(last) + ") asked for, expected a range within [0," +
+                                std::to_string(size()) + ")");
+  }
+  return end;
+}
+
+Shape Sequential::output_shape(Shape in, int first, int last) const {
+  const int end = checked_last(first, last);
+  for (int i = first; i < end; ++i) in = layer(i).output_shape(in);
+  return in;
+}
+
+template <typename Kind>
+bool Sequential::is(int i, int end) {
+  return i < end && dynamic_cast<Kind*>(&layer(i)) != nullptr;
+}
+
+const Tensor& Sequential::forward(const Tensor& x, Mode mode, int first, int last) {
+  const int end = checked_last(first, last);
+  input_ = nullptr;
+  const Tensor& y =
+      mode == Mode::training ? forward_training(x, first, end) : forward_inference(x, first, end);
+  if (mode == Mode::training) {
+    input_ = &x;
+    first_ = first;
+    last_ = end;
+  }
+  return y;
+}
+
+const Tensor& Sequential::forward_inference(const Tensor& x, int first, int end) {
+  const Tensor* from = &x;
+  for (int i = first; i < end;) {
+    Tensor& to = from == &ping_pong_[0] ? ping_pong_[1] : ping_pong_[0];
+    auto* conv = dynamic_cast<Conv2d*>(&layer(i));
+    if (conv != nullptr && is<ReLU>(i + 1, end)) {
+      const bool pool = is<MaxPool2d>(i + 2, end);
+      conv->forward_fused(*from, to, pool ? Fusion::relu_max_pool : Fusion::relu);
+      i += pool ? 3 : 2;
+    } else {
+      layer(i).forward(*from, to, Mode::inference);
+      i += 1;
+    }
+    from = &to;
+  }
+  return *from;
+}
+
+const Tensor& Sequential::forward_training(const Tensor& x, int first, int end) {
+  const Tensor* from = &x;
+  for (int i = first; i < end; ++i) {
+    // The ReLU's backward needs only its own result, so the convolution's need not exist.
+    auto* conv = dynamic_cast<Conv2d*>(&layer(i));
+    const bool fused = conv != nullptr && is<ReLU>(i + 1, end);
+    if (fused) ++i;
+    Tensor& to = activations_[static_cast<std::size_t>(i)];
+    if (fused) {
+      conv->forward_fused(*from, to, Fusion::relu);
+    } else {
+      layer(i).forward(*from, to, Mode::training);
+    }
+    from = &to;
+  }
+  return *from;
+}
+
+const Tensor& Sequential::activation(int i) const {
+  return i < first_ ? *input_ : activations_[static_cast<std::size_t>(i)];
+}
+
+int Sequential::lowest_trainable() {
+  for (int i = first_; i < last_; ++i) {
+    for (const Parameter* parameter : layer(i).parameters()) {
+      if (parameter->trainable) return i;
+    }
+  }
+  return last_;
+}
+
+void Sequential::backward(const Tensor& dy, Tensor* dx) {
+  if (input_ == nullptr) {
+    throw std::logic_error("Sequential: backward() without a forward() in training mode");
+  }
+  const Shape expected = activation(last_ - 1).shape();
+  if (dy.shape() != expected) {
+    throw std::invalid_argument("Sequential: the gradient is " + dy.shape().str() + ", expected " +
+                                expected.str());
+  }
+  const int lowest = dx != nullptr ? first_ : lowest_trainable();
+  const Tensor* gradient = &dy;
+  for (int i = last_ - 1; i >= lowest; --i) {
+    Tensor* to = gradient == &ping_pong_[0] ? &ping_pong_[1] : &ping_pong_[0];
+    if (i == lowest) to = dx;
+    // A fused convolution's own result does not exist: its ReLU has only y to look at, and it is
+    // the ReLU's y that stands where x is asked for.
+    const bool is_fused_relu = i > first_ && is<ReLU>(i, last_) && is<Conv2d>(i - 1, last_);
+    const Tensor& y = activation(i);
+    layer(i).backward(is_fused_relu ? y : activation(i - 1), y, *gradient, to);
+    gradient = to;
+  }
+  if (dx != nullptr && first_ == last_) *dx = dy;
+  input_ = nullptr;
+}
+
+std::vector<NamedParameter> Sequential::named_parameters() {
+  std::vector<NamedParameter> all;
+  for (const Entry& entry : entries_) {
+    for (Parameter* parameter : entry.layer->parameters()) {
+      all.push_back({entry.name + "." + parameter->name, parameter});
+    }
+  }
+  return all;
+}
+
+std::vector<NamedTensor> Sequential::named_buffers() {
+  std::vector<NamedTensor> all;
+  for (const Entry& entry : entries_) {
+    for (Buffer* buffer : entry.layer->buffers()) {
+      all.push_back({entry.name + "." + buffer->name, &buffer->value});
+    }
+  }
+  return all;
+}
+
+void Sequential::parameters_changed() {
+  for (const Entry& entry : entries_) entry.layer->parameters_changed();
+}
+
+}  // namespace sdmt::nn
