@@ -57,8 +57,8 @@ class DetectionFile {
 
  private:
   std::vector<Detection> detections_;
-  std::vector<std::size_t>
-      first_;  // [frame - 1] index of the frame's first detection, then the end
+  // [frame - 1] index of the frame's first detection, then the end
+  std::vector<std::size_t> first_ = {0};
 };
 
 std::vector<GroundTruthRow> read_ground_truth(const std::filesystem::path& path);

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/track/finished_frame.h"
+
+namespace sdmt::track {
+
+const char* to_string(BoxSource source) {
+  switch (source) {
+    case BoxSource::detected:
+      return "detected";
+    case BoxSource::boosted:
+      return "boosted";
+    case BoxSource::interpolated:
+      return "interpolated";
+  }
+  return "unknown";
+}
+
+void append_results(const FinishedFrame& frame, std::vector<ResultRow>& rows) {
+  for (const TrackedBox& box : frame.boxes) {
+    rows.push_back({frame.frame, box.id, box.box, box.score});
+  }
+}
+
+}  // namespace sdmt::track
