@@ -11,4 +11,6 @@ namespace sdmt::tools {
 // input, anything else for a failure while running. main() prints the one line and picks the exit
 // code, and gives every command --config and --threads.
 
+void add_evaluate_command(CLI::App& app);
+
 }  // namespace sdmt::tools

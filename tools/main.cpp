@@ -26,6 +26,7 @@ constexpr int kFailure = 1;
 constexpr int kBadInput = 2;
 
 void add_commands(CLI::App& app) {
+  add_evaluate_command(app);
   CLI::App* synth = app.add_subcommand("synth", "Make practice data");
   synth->require_subcommand(1);
 }

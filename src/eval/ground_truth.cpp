@@ -19,6 +19,11 @@ fs::path ground_truth_file(const fs::path& folder) {
 
 }  // namespace
 
+std::string sequence_name(const fs::path& folder) {
+  const fs::path named = fs::absolute(folder).lexically_normal();
+  return (named.has_filename() ? named : named.parent_path()).filename().string();
+}
+
 GroundTruth read_sequence_ground_truth(const fs::path& folder) {
   GroundTruth gt;
   gt.file = ground_truth_file(folder);
@@ -26,10 +31,7 @@ GroundTruth read_sequence_ground_truth(const fs::path& folder) {
   if (track::Sequence::is_sequence(folder)) gt.num_frames = track::Sequence::read(folder).length;
   gt.has_length = gt.num_frames > 0;
   if (!gt.has_length && !gt.rows.empty()) gt.num_frames = gt.rows.back().frame;
-  // The folder names the sequence, as result files are named after it; seqinfo.ini's own name is
-  // not always the same (MOT17-02 for MOT17-02-FRCNN).
-  const fs::path named = fs::absolute(folder).lexically_normal();
-  gt.name = (named.has_filename() ? named : named.parent_path()).filename().string();
+  gt.name = sequence_name(folder);
   return gt;
 }
 

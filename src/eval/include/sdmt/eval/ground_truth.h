@@ -11,12 +11,16 @@ namespace sdmt::eval {
 
 /// The annotation of one sequence.
 struct GroundTruth {
-  std::string name;            ///< of the sequence: its folder's name
+  std::string name;            ///< sequence_name()
   std::filesystem::path file;  ///< for messages
   int num_frames = 0;          ///< seqLength of seqinfo.ini; without one, the last annotated frame
   bool has_length = false;     ///< num_frames comes from seqinfo.ini
   std::vector<track::GroundTruthRow> rows;  ///< by frame
 };
+
+/// The name of the sequence in `folder`: the folder's own. Result files are named after it, and
+/// seqinfo.ini's name is not always the same (MOT17-02 in the folder MOT17-02-FRCNN).
+std::string sequence_name(const std::filesystem::path& folder);
 
 /// Reads FOLDER/gt/gt.txt (or FOLDER/gt.txt) and FOLDER/seqinfo.ini where it exists. Throws
 /// std::invalid_argument naming the file for a missing file or a malformed row.

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <stdexcept>
+
+#include "command.h"
+#include "evaluation.h"
+#include "sdmt/nn/output_file.h"
+
+namespace sdmt::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct EvaluateOptions {
+  std::vector<std::string> gt;
+  std::vector<std::string> results;
+  std::vector<std::string> sequences;
+  std::string benchmark = "MOT16";
+  std::string compat = "trackeval";
+  bool allow_missing = false;
+  std::string json;
+  std::string csv;
+};
+
+// Sequence folders by name; two of one name could not be told apart in a folder of results.
+std::map<std::string, fs::path> find_ground_truth(const EvaluateOptions& options) {
+  std::map<std::string, fs::path> folders;
+  for (const auto& path : options.gt) {
+    for (const auto& folder : eval::find_sequences(path)) {
+      const auto name = eval::sequence_name(folder);
+      const auto [other, is_new] = folders.emplace(name, folder);
+      if (!is_new) {
+        throw std::invalid_argument(fmt::format("sequence {} is found twice: {} and {}", name,
+                                                other->second.string(), folder.string()));
+      }
+    }
+  }
+  if (options.sequences.empty()) return folders;
+  std::map<std::string, fs::path> chosen;
+  for (const auto& name : options.sequences) {
+    const auto found = folders.find(name);
+    if (found == folders.end()) {
+      throw std::invalid_argument(fmt::format("sequence {} has no ground truth", name));
+    }
+    chosen.insert(*found);
+  }
+  return chosen;
+}
+
+// NAME.txt among the result files and folders; a single result file is that of a single sequence
+// whatever its name. Empty: not there.
+fs::path find_results(const EvaluateOptions& options, const std::string& name,
+                      std::size_t num_sequences) {
+  if (num_sequences == 1 && options.results.size() == 1 &&
+      fs::is_regular_file(options.results.front())) {
+    return options.results.front();
+  }
+  fs::path found;
+  for (const fs::path path : options.results) {
+    const auto candidate = fs::is_directory(path) ? path / (name + ".txt") : path;
+    if (candidate.stem() != name || !fs::exists(candidate)) continue;
+    if (!found.empty()) {
+      throw std::invalid_argument(fmt::format("sequence {} has two result files: {} and {}", name,
+                                              found.string(), candidate.string()));
+    }
+    found = candidate;
+  }
+  return found;
+}
+
+Evaluation evaluate(const EvaluateOptions& options) {
+  Evaluation evaluation;
+  evaluation.benchmark = eval::parse_benchmark(options.benchmark);
+  evaluation.compat = eval::parse_compat(options.compat);
+  for (const auto& path : options.results) {
+    if (!fs::exists(path)) throw std::invalid_argument(path + ": no such file or folder");
+  }
+  const auto folders = find_ground_truth(options);
+  // A sequence that lacks its results is found before the long work starts.
+  std::map<std::string, fs::path> files;
+  for (const auto& [name, folder] : folders) {
+    files[name] = find_results(options, name, folders.size());
+    if (files[name].empty() && !options.allow_missing) {
+      throw std::invalid_argument(
+          fmt::format("sequence {0} has no results: no {0}.txt in {1} (--allow-missing scores it "
+                      "as empty)",
+                      name, fmt::join(options.results, ", ")));
+    }
+  }
+  for (const auto& [name, folder] : folders) {
+    const auto gt = eval::read_sequence_ground_truth(folder);
+    std::vector<track::ResultRow> rows;
+    if (!files[name].empty()) rows = track::read_results(files[name]);
+    evaluation.sequences.push_back(evaluate_sequence(folder, gt, rows, files[name].string(),
+                                                     evaluation.benchmark, evaluation.compat));
+  }
+  combine_sequences(evaluation);
+  return evaluation;
+}
+
+void run(const EvaluateOptions& options) {
+  const auto evaluation = evaluate(options);
+  fmt::print("{}, counted as {}\n{}", eval::to_string(evaluation.benchmark),
+             evaluation.compat == eval::Compat::devkit ? "the MATLAB devkit" : "TrackEval",
+             to_text(evaluation));
+  if (!options.json.empty()) {
+    nn::write_text_file(options.json, to_json(evaluation).dump(1) + "\n");
+  }
+  if (!options.csv.empty()) nn::write_text_file(options.csv, to_csv(evaluation));
+}
+
+}  // namespace
+
+void add_evaluate_command(CLI::App& app) {
+  auto options = std::make_shared<EvaluateOptions>();
+  CLI::App* command = app.add_subcommand("evaluate", "Score tracks against ground truth");
+  command
+      ->add_option("--gt", options->gt,
+                   "Folder of sequences with gt/gt.txt, or one such sequence; may be repeated")
+      ->required()
+      ->allow_extra_args(false)
+      ->type_name("DIR");
+  command
+      ->add_option("--results", options->results,
+                   "Folder with a NAME.txt for each sequence, or such files; may be repeated")
+      ->required()
+      ->type_name("DIR|FILE");
+  command->add_option("--sequences", options->sequences, "Only these sequences")->type_name("NAME");
+  command->add_option("--benchmark", options->benchmark, "Whose rules apply")
+      ->capture_default_str()
+      ->type_name("MOT15|MOT16|MOT17|MOT20");
+  command
+      ->add_option("--compat", options->compat,
+                   "Count as TrackEval, or as the devkit of papers up to 2020")
+      ->capture_default_str()
+      ->type_name("trackeval|devkit");
+  command->add_flag("--allow-missing", options->allow_missing,
+                    "Score a sequence without a result file as if nothing had been found");
+  command->add_option("--json", options->json, "Write all scores here")->type_name("FILE");
+  command->add_option("--csv", options->csv, "Write a row of scores a sequence here")
+      ->type_name("FILE");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace sdmt::tools
