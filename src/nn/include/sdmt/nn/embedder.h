@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -49,7 +50,8 @@ class Embedder {
   EmbedderOptions options_;
   Model model_;
   Tensor patches_;
-  std::vector<Crop> crops_;
+  std::vector<Crop> crops_;           // of one image
+  std::vector<std::size_t> visible_;  // positions of the valid crops of a call
 };
 
 }  // namespace sdmt::nn

@@ -24,6 +24,9 @@ struct EmbeddingNetworkOptions {
   float initial_gamma = 0.15F;
   float initial_beta = 1.0F;
 
+  /// Values of the feature map that fc1 reads: height/4 * width/4 * 256.
+  int features() const { return (height / 4) * (width / 4) * 256; }
+
   /// Throws std::invalid_argument naming the field, its value and the bound.
   void validate() const;
 };
@@ -72,7 +75,7 @@ class EmbeddingNetwork {
     Parameter* parameter;  ///< nullptr for running statistics
   };
   /// All parameters and running statistics, trunk first, in a fixed order.
-  std::vector<StoredTensor> stored_tensors() const;
+  const std::vector<StoredTensor>& stored_tensors() const { return stored_; }
   /// To be called after values were changed through stored_tensors().
   void parameters_changed();
 
@@ -80,6 +83,7 @@ class EmbeddingNetwork {
   EmbeddingNetworkOptions options_;
   std::unique_ptr<Sequential> trunk_;
   std::unique_ptr<Sequential> head_;
+  std::vector<StoredTensor> stored_;  // points into the layers, which never move
 };
 
 }  // namespace sdmt::nn
