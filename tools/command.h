@@ -12,5 +12,6 @@ namespace sdmt::tools {
 // code, and gives every command --config and --threads.
 
 void add_evaluate_command(CLI::App& app);
+void add_synth_scene_command(CLI::App& synth);
 
 }  // namespace sdmt::tools

@@ -29,6 +29,7 @@ void add_commands(CLI::App& app) {
   add_evaluate_command(app);
   CLI::App* synth = app.add_subcommand("synth", "Make practice data");
   synth->require_subcommand(1);
+  add_synth_scene_command(*synth);
 }
 
 // Every command that does work gets --config and --threads.

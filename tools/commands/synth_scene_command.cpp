@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/core.h>
+
+#include <memory>
+#include <string>
+
+#include "command.h"
+#include "progress.h"
+#include "scene/scene_writer.h"
+#include "stop_signal.h"
+
+namespace sdmt::tools {
+
+namespace {
+
+struct SynthSceneCommand {
+  std::string output;
+  SceneOptions scene;
+
+  void run() const {
+    const StopSignal stop;
+    int done = 0;
+    {
+      Progress progress("drawing", scene.frames, "frames");
+      write_scene(output, scene, [&](int frames) {
+        progress.update(done = frames);
+        return !stop.requested();
+      });
+    }
+    if (done == scene.frames) {
+      fmt::print("{}: {} frames of {} x {}, {} walkers at a time\n", output, scene.frames,
+                 scene.width, scene.height, scene.walkers);
+    }
+  }
+};
+
+}  // namespace
+
+void add_synth_scene_command(CLI::App& synth) {
+  auto command = std::make_shared<SynthSceneCommand>();
+  CLI::App* sub = synth.add_subcommand(
+      "scene", "A MOT sequence: frames with walkers, ground truth and noisy detections");
+  sub->add_option("--output", command->output, "Folder to make the sequence in")
+      ->required()
+      ->type_name("DIR");
+  sub->add_option("--seed", command->scene.seed, "Another seed, another scene")
+      ->capture_default_str();
+  sub->add_option("--frames", command->scene.frames, "Length")->capture_default_str();
+  sub->add_option("--walkers", command->scene.walkers, "People at a time")->capture_default_str();
+  sub->add_option("--width", command->scene.width, "Pixels")->capture_default_str();
+  sub->add_option("--height", command->scene.height, "Pixels")->capture_default_str();
+  sub->add_option("--frame-rate", command->scene.frame_rate, "Frames per second")
+      ->capture_default_str();
+  sub->callback([command] { command->run(); });
+}
+
+}  // namespace sdmt::tools
