@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/nn/sequential.h"
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include <memory>
+#include <stdexcept>
+#include <vector>
+
+#include "nn/random_tensor.h"
+#include "sdmt/nn/batch_norm.h"
+#include "sdmt/nn/conv2d.h"
+#include "sdmt/nn/l2_normalize.h"
+#include "sdmt/nn/linear.h"
+#include "sdmt/nn/max_pool2d.h"
+#include "sdmt/nn/relu.h"
+
+namespace sdmt::nn {
+namespace {
+
+/// A small network with all kinds of layers, for [n,10,6,3].
+void build(Sequential& net, std::uint64_t seed) {
+  Random random(seed);
+  const auto conv = [&](int in, int out) {
+    auto layer = std::make_unique<Conv2d>(Conv2dOptions{.in_channels = in, .out_channels = out});
+    layer->reset_parameters(random);
+    return layer;
+  };
+  auto fc = std::make_unique<Linear>(LinearOptions{.in_features = 5 * 3 * 24, .out_features = 9});
+  fc->reset_parameters(random);
+  net.add("conv1", conv(3, 20))
+      .add("relu1", std::make_unique<ReLU>())
+      .add("conv2", conv(20, 24))
+      .add("relu2", std::make_unique<ReLU>())
+      .add("pool", std::make_unique<MaxPool2d>())
+      .add("conv3", conv(24, 24))
+      .add("fc", std::move(fc))
+      .add("bn", std::make_unique<BatchNorm>(BatchNormOptions{.num_features = 9}))
+      .add("l2", std::make_unique<L2Normalize>());
+}
+
+std::vector<float> copy(const Tensor& tensor) {
+  return {tensor.values().begin(), tensor.values().end()};
+}
+
+/// Layer after layer without Sequential.
+struct ByHand {
+  std::vector<Tensor> results;
+  ByHand(Sequential& net, const Tensor& x, Mode mode) {
+    results.resize(static_cast<std::size_t>(net.size()));
+    const Tensor* from = &x;
+    for (int i = 0; i < net.size(); ++i) {
+      Tensor& to = results[static_cast<std::size_t>(i)];
+      net.layer(i).forward(*from, to, mode);
+      from = &to;
+    }
+  }
+};
+
+TEST(Sequential, FusedInferenceEqualsTheLayersOneByOne) {
+  Sequential net;
+  build(net, 1);
+  Random random(2);
+  const Tensor x = random_tensor({3, 10, 6, 3}, random);
+  const ByHand expected(net, x, Mode::inference);
+  EXPECT_EQ(copy(net.forward(x, Mode::inference)), copy(expected.results.back()));
+  EXPECT_EQ(net.output_shape(x.shape()), (Shape{3, 1, 1, 9}));
+}
+
+TEST(Sequential, EverySubRangeEqualsTheLayersOneByOne) {
+  Sequential net;
+  build(net, 1);
+  Random random(3);
+  const Tensor x = random_tensor({2, 10, 6, 3}, random);
+  for (const Mode mode : {Mode::inference, Mode::training}) {
+    const ByHand expected(net, x, mode);
+    for (int first = 0; first < net.size(); ++first) {
+      const Tensor& from = first == 0 ? x : expected.results[static_cast<std::size_t>(first - 1)];
+      for (int last = first + 1; last <= net.size(); ++last) {
+        EXPECT_EQ(copy(net.forward(from, mode, first, last)),
+                  copy(expected.results[static_cast<std::size_t>(last - 1)]))
+            << first << ".." << last;
+      }
+    }
+    EXPECT_EQ(&net.forward(x, mode, 4, 4), &x);
+  }
+}
+
+TEST(Sequential, BackwardEqualsTheLayersOneByOne) {
+  Random random(4);
+  const Tensor x = random_tensor({2, 10, 6, 3}, random);
+  const Tensor dy = random_tensor({2, 1, 1, 9}, random);
+
+  Sequential by_hand;
+  build(by_hand, 1);
+  const ByHand values(by_hand, x, Mode::training);
+  Tensor gradient = dy;
+  for (int i = by_hand.size() - 1; i >= 0; --i) {
+    const auto at = static_cast<std::size_t>(i);
+    Tensor below;
+    by_hand.layer(i).backward(i == 0 ? x : values.results[at - 1], values.results[at], gradient,
+                              &below);
+    gradient = below;
+  }
+
+  Sequential net;
+  build(net, 1);
+  net.forward(x, Mode::training);
+  Tensor dx;
+  net.backward(dy, &dx);
+  EXPECT_EQ(copy(dx), copy(gradient));
+  const auto expected = by_hand.named_parameters();
+  const auto actual = net.named_parameters();
+  ASSERT_EQ(actual.size(), 10U);
+  for (std::size_t i = 0; i < actual.size(); ++i) {
+    EXPECT_EQ(actual[i].name, expected[i].name);
+    EXPECT_EQ(copy(actual[i].parameter->grad), copy(expected[i].parameter->grad)) << actual[i].name;
+  }
+
+  // From the middle: the same gradients above, nothing below.
+  Sequential upper;
+  build(upper, 1);
+  upper.forward(values.results[4], Mode::training, 5);
+  upper.backward(dy);
+  for (std::size_t i = 0; i < actual.size(); ++i) {
+    const Tensor& grad = upper.named_parameters()[i].parameter->grad;
+    if (i < 4) {
+      EXPECT_TRUE(grad.empty());
+    } else {
+      EXPECT_EQ(copy(grad), copy(actual[i].parameter->grad)) << actual[i].name;
+    }
+  }
+}
+
+TEST(Sequential, BackwardStopsBelowTheLowestTrainableLayer) {
+  Random random(5);
+  const Tensor x = random_tensor({2, 10, 6, 3}, random);
+  const Tensor dy = random_tensor({2, 1, 1, 9}, random);
+  Sequential net;
+  build(net, 1);
+  for (const int frozen : {net.index("conv1"), net.index("conv2")}) {
+    for (Parameter* parameter : net.layer(frozen).parameters()) parameter->trainable = false;
+  }
+  net.forward(x, Mode::training);
+  net.backward(dy);
+  EXPECT_TRUE(net.layer(0).parameters()[0]->grad.empty());
+  EXPECT_FALSE(net.layer(net.index("conv3")).parameters()[0]->grad.empty());
+}
+
+TEST(Sequential, OneAndTwoThreadsGiveTheSameBytes) {
+  Random random(6);
+  const Tensor x = random_tensor({5, 10, 6, 3}, random);
+  const Tensor dy = random_tensor({5, 1, 1, 9}, random);
+  const int threads = omp_get_max_threads();
+  std::vector<std::vector<float>> runs[3];
+  for (int count = 1; count <= 3; ++count) {
+    omp_set_num_threads(count);
+    Sequential net;
+    build(net, 1);
+    auto& run = runs[count - 1];
+    run.push_back(copy(net.forward(x, Mode::inference)));
+    run.push_back(copy(net.forward(x, Mode::training)));
+    Tensor dx;
+    net.backward(dy, &dx);
+    run.push_back(copy(dx));
+    for (const NamedParameter& named : net.named_parameters()) {
+      run.push_back(copy(named.parameter->grad));
+    }
+  }
+  omp_set_num_threads(threads);
+  EXPECT_EQ(runs[0], runs[1]);
+  EXPECT_EQ(runs[0], runs[2]);
+}
+
+TEST(Sequential, RefusesWrongUse) {
+  Sequential net;
+  build(net, 1);
+  EXPECT_THROW(net.add("conv1", std::make_unique<ReLU>()), std::invalid_argument);
+  EXPECT_THROW(net.add("", std::make_unique<ReLU>()), std::invalid_argument);
+  EXPECT_THROW(net.index("conv9"), std::invalid_argument);
+  const Tensor x({2, 10, 6, 3});
+  EXPECT_THROW(net.forward(x, Mode::inference, 3, 2), std::invalid_argument);
+  EXPECT_THROW(net.forward(x, Mode::inference, 0, 99), std::invalid_argument);
+  EXPECT_THROW(net.backward(Tensor({2, 1, 1, 9})), std::logic_error);
+  net.forward(x, Mode::training);
+  EXPECT_THROW(net.backward(Tensor({3, 1, 1, 9})), std::invalid_argument);
+  net.backward(Tensor({2, 1, 1, 9}));
+  EXPECT_THROW(net.backward(Tensor({2, 1, 1, 9})), std::logic_error);
+}
+
+}  // namespace
+}  // namespace sdmt::nn
