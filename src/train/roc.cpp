@@ -144,7 +144,7 @@ double Roc::tau_a_eer() const {
   std::size_t i = 0;
   while (1.0 - tpr(i) > fpr(i)) ++i;
   // i is the first point past the crossing; the one before may be nearer to it.
-  if (i > 0 && fpr(i) + tpr(i) - 1.0 > 1.0 - tpr(i - 1) - fpr(i - 1)) --i;
+  if (i > 0 && fpr(i) + tpr(i) - 1.0 >= 1.0 - tpr(i - 1) - fpr(i - 1)) --i;
   return 1.0 - threshold_after(i);
 }
 
