@@ -8,9 +8,9 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "reid_fixture.h"
 #include "sdmt/nn/random.h"
 #include "sdmt/train/pair_curve.h"
+#include "train/reid_fixture.h"
 
 namespace sdmt::train {
 namespace {
@@ -34,9 +34,9 @@ std::vector<ClusterPair> random_pairs(int clusters, int count) {
   std::vector<ClusterPair> pairs;
   for (int i = 0; i < count; ++i) {
     const auto a = static_cast<std::int32_t>(random.below(static_cast<std::uint64_t>(clusters)));
-    const auto b = i % 3 == 0 ? a
-                              : static_cast<std::int32_t>(
-                                    random.below(static_cast<std::uint64_t>(clusters)));
+    const auto b =
+        i % 3 == 0 ? a
+                   : static_cast<std::int32_t>(random.below(static_cast<std::uint64_t>(clusters)));
     const double d = (a == b ? 0.4 : 0.6) + 0.2 * random.normal();
     pairs.push_back({static_cast<float>(std::max(0.0, d)), a, b});
   }
@@ -78,10 +78,16 @@ TEST(AucBootstrap, BackgroundIsDrawnAmongItself) {
 }
 
 TEST(AucBootstrap, RefusesBadInput) {
-  EXPECT_THAT([] { bootstrap_auc({{0.1F, 0, 3}}, 2, 1); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("clusters 0 and 3")));
-  EXPECT_THAT([] { bootstrap_auc({{0.1F, 0, 0}}, 1, 0); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("no draw has both")));
+  EXPECT_THAT(
+      [] {
+        bootstrap_auc({{0.1F, 0, 3}}, 2, 1);
+      },
+      ThrowsMessage<std::invalid_argument>(HasSubstr("clusters 0 and 3")));
+  EXPECT_THAT(
+      [] {
+        bootstrap_auc({{0.1F, 0, 0}}, 1, 0);
+      },
+      ThrowsMessage<std::invalid_argument>(HasSubstr("no draw has both")));
   BootstrapOptions options;
   options.draws = 1;
   EXPECT_THAT([&] { options.validate(); },

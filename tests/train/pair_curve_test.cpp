@@ -8,8 +8,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "reid_fixture.h"
 #include "sdmt/nn/random.h"
+#include "train/reid_fixture.h"
 
 namespace sdmt::train {
 namespace {
@@ -80,13 +80,13 @@ TEST(PairCurve, SampleIsSeededAndWithoutReplacement) {
 TEST(PairCurve, SampleTakesEveryPairEquallyOften) {
   const auto images = labelled({{0.1F}, {0.2F}, {0.3F}, {0.5F}}, {1, 1, 1, 2}, {1, 1, 1, 1});
   std::map<float, int> taken;  // the distance names the positive pair
-  for (std::uint64_t seed = 0; seed < 3000; ++seed) {
+  for (std::uint64_t seed = 0; seed < 1200; ++seed) {
     for (const auto& pair : pair_curve(images, {.pairs = 1, .seed = seed}).pairs) {
       if (pair.first == pair.second) ++taken[std::round(pair.distance * 1000) / 1000];
     }
   }
   ASSERT_EQ(taken.size(), 2U);  // 0.1 twice (1-2, 2-3), 0.2 once (1-3)
-  EXPECT_NEAR(taken.begin()->second, 2000, 130);
+  EXPECT_NEAR(taken.begin()->second, 800, 80);
 }
 
 // Points on the unit sphere in three dimensions, `per_id` around each centre.
@@ -125,8 +125,8 @@ TEST(PairCurve, LargeSetsAreCountedInBinsWithoutVisibleDifference) {
   for (int i = 0; i < images.size(); ++i) {
     for (int j = i + 1; j < images.size(); ++j) {
       const auto d = euclidean_distance(images.embeddings.image(i), images.embeddings.image(j), 3);
-      const bool same = images.pids[static_cast<std::size_t>(i)] ==
-                        images.pids[static_cast<std::size_t>(j)];
+      const bool same =
+          images.pids[static_cast<std::size_t>(i)] == images.pids[static_cast<std::size_t>(j)];
       (same ? positives : negatives).push_back(d);
     }
   }
@@ -181,12 +181,21 @@ TEST(PairCurve, RefusesWhatHasNoCurve) {
                   HasSubstr("no pair of images of one person among 2 images of 2 people")));
   EXPECT_THAT([&] { pair_curve(one_person, {.pairs = -1}); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("pairs is -1")));
-  EXPECT_THAT([&] { pair_curve(labelled({{2.0F}, {0.0F}}, {1, 1}, {1, 1})); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("row 0 has length 2")));
-  EXPECT_THAT([&] { pair_curve(labelled({{NAN}, {0.0F}}, {1, 1}, {1, 1})); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("row 0 has length")));
-  EXPECT_THAT([&] { pair_curve(labelled({{0.0F}, {0.0F}}, {1}, {1, 1})); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("2 rows with 1 pids")));
+  EXPECT_THAT(
+      [&] {
+        pair_curve(labelled({{2.0F}, {0.0F}}, {1, 1}, {1, 1}));
+      },
+      ThrowsMessage<std::invalid_argument>(HasSubstr("row 0 has length 2")));
+  EXPECT_THAT(
+      [&] {
+        pair_curve(labelled({{NAN}, {0.0F}}, {1, 1}, {1, 1}));
+      },
+      ThrowsMessage<std::invalid_argument>(HasSubstr("row 0 has length")));
+  EXPECT_THAT(
+      [&] {
+        pair_curve(labelled({{0.0F}, {0.0F}}, {1}, {1, 1}));
+      },
+      ThrowsMessage<std::invalid_argument>(HasSubstr("2 rows with 1 pids")));
 }
 
 }  // namespace

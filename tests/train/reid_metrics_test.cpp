@@ -6,7 +6,7 @@
 
 #include <stdexcept>
 
-#include "reid_fixture.h"
+#include "train/reid_fixture.h"
 
 namespace sdmt::train {
 namespace {
@@ -30,8 +30,7 @@ TEST(ReidMetrics, SameCameraIsPassedOverAndDistractorsCount) {
   const auto query = labelled({{0.0F}}, {1}, {1});
   // By distance: the same person by the same camera (passed over), a distractor, another person by
   // the same camera, the right one.
-  const auto gallery =
-      labelled({{0.4F}, {0.1F}, {0.2F}, {0.3F}}, {1, 1, 0, 2}, {2, 1, 3, 1});
+  const auto gallery = labelled({{0.4F}, {0.1F}, {0.2F}, {0.3F}}, {1, 1, 0, 2}, {2, 1, 3, 1});
   const auto metrics = reid_metrics(query, gallery);
   ASSERT_TRUE(metrics.has_value());
   EXPECT_EQ(metrics->queries, 1);
@@ -42,10 +41,8 @@ TEST(ReidMetrics, SameCameraIsPassedOverAndDistractorsCount) {
 
 TEST(ReidMetrics, TiesKeepTheGallerysOrder) {
   const auto query = labelled({{0.0F}}, {1}, {1});
-  EXPECT_DOUBLE_EQ(
-      reid_metrics(query, labelled({{0.5F}, {-0.5F}}, {1, 2}, {2, 2}))->rank1, 1.0);
-  EXPECT_DOUBLE_EQ(
-      reid_metrics(query, labelled({{0.5F}, {-0.5F}}, {2, 1}, {2, 2}))->rank1, 0.0);
+  EXPECT_DOUBLE_EQ(reid_metrics(query, labelled({{0.5F}, {-0.5F}}, {1, 2}, {2, 2}))->rank1, 1.0);
+  EXPECT_DOUBLE_EQ(reid_metrics(query, labelled({{0.5F}, {-0.5F}}, {2, 1}, {2, 2}))->rank1, 0.0);
 }
 
 TEST(ReidMetrics, QueriesWithoutMatchAreLeftOut) {
@@ -88,8 +85,11 @@ TEST(ReidMetrics, RefusesBadInput) {
   const auto query = labelled({{0.0F}}, {1}, {1});
   EXPECT_THAT([&] { reid_metrics(labelled({{0.0F}}, {0}, {1}), query); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("query 0 is a distractor")));
-  EXPECT_THAT([&] { reid_metrics(query, labelled({{0.0F, 0.0F}}, {1}, {1})); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("1 dimensions and the gallery 2")));
+  EXPECT_THAT(
+      [&] {
+        reid_metrics(query, labelled({{0.0F, 0.0F}}, {1}, {1}));
+      },
+      ThrowsMessage<std::invalid_argument>(HasSubstr("1 dimensions and the gallery 2")));
 }
 
 }  // namespace
