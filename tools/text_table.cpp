@@ -7,7 +7,11 @@
 
 namespace sdmt::tools {
 
-TextTable::TextTable(std::vector<std::string> header) { rows_.push_back(std::move(header)); }
+TextTable::TextTable(std::vector<std::string> header, std::set<std::size_t> text_columns)
+    : text_columns_(std::move(text_columns)) {
+  text_columns_.insert(0);
+  rows_.push_back(std::move(header));
+}
 
 void TextTable::add_row(std::vector<std::string> cells) {
   if (cells.size() != rows_.front().size()) throw std::logic_error("table row: wrong cell count");
@@ -34,7 +38,8 @@ std::string TextTable::str() const {
     std::string line;
     for (std::size_t column = 0; column < widths.size(); ++column) {
       const std::string padding(widths[column] - row[column].size(), ' ');
-      line += column == 0 ? row[column] + padding : "  " + padding + row[column];
+      if (column > 0) line += "  ";
+      line += text_columns_.count(column) > 0 ? row[column] + padding : padding + row[column];
     }
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + "\n";

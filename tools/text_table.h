@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
 namespace sdmt::tools {
 
-/// A table for the terminal: columns as wide as their widest cell, the first set left, the others
-/// right.
+/// A table for the terminal: columns as wide as their widest cell, set right but for the first and
+/// those named as text.
 class TextTable {
  public:
-  explicit TextTable(std::vector<std::string> header);
+  explicit TextTable(std::vector<std::string> header, std::set<std::size_t> text_columns = {});
 
   /// Throws std::logic_error unless there is a cell for each column.
   void add_row(std::vector<std::string> cells);
@@ -20,6 +21,7 @@ class TextTable {
 
  private:
   std::vector<std::vector<std::string>> rows_;  // the header first; an empty row is a rule
+  std::set<std::size_t> text_columns_;
 };
 
 }  // namespace sdmt::tools

@@ -13,7 +13,7 @@ namespace sdmt::track {
 
 namespace {
 
-constexpr int kAnyId = std::numeric_limits<int>::min();
+constexpr int kAnyNumber = std::numeric_limits<int>::min();
 
 Tlwh read_box(NumberLine& line, bool allow_empty) {
   Tlwh box;
@@ -54,7 +54,7 @@ DetectionFile DetectionFile::read(const std::filesystem::path& path) {
   const auto rows = read_rows<Row>(path, [](NumberLine& line) {
     Row row;
     row.frame = line.whole("frame", 1);
-    line.whole("id", kAnyId);
+    line.whole("id", kAnyNumber);
     row.detection.box = read_box(line, false);
     row.detection.score = line.number("score");
     return row;
@@ -93,7 +93,7 @@ std::vector<GroundTruthRow> read_ground_truth(const std::filesystem::path& path)
   return read_rows<GroundTruthRow>(path, [](NumberLine& line) {
     GroundTruthRow row;
     row.frame = line.whole("frame", 1);
-    row.id = line.whole("id", kAnyId);
+    row.id = line.whole("id", kAnyNumber);
     row.box = read_box(line, true);
     row.keep = line.number("flag") != 0;
     // MOT15 has world coordinates here, three of them; later benchmarks class and visibility.
@@ -109,15 +109,21 @@ std::vector<GroundTruthRow> read_ground_truth(const std::filesystem::path& path)
   });
 }
 
-std::vector<ResultRow> read_results(const std::filesystem::path& path) {
-  return read_rows<ResultRow>(path, [](NumberLine& line) {
+std::vector<ResultRow> read_results(const std::filesystem::path& path, RowsBeforeFrame1 early) {
+  const bool drop = early == RowsBeforeFrame1::drop;
+  auto rows = read_rows<ResultRow>(path, [drop](NumberLine& line) {
     ResultRow row;
-    row.frame = line.whole("frame", 1);
-    row.id = line.whole("id", kAnyId);
+    row.frame = line.whole("frame", drop ? kAnyNumber : 1);
+    row.id = line.whole("id", kAnyNumber);
     row.box = read_box(line, true);
     if (line.more()) row.confidence = line.number("confidence");
+    if (line.more()) row.category = static_cast<int>(std::clamp(line.number("class"), -1e9, 1e9));
     return row;
   });
+  const auto first =
+      std::find_if(rows.begin(), rows.end(), [](const ResultRow& row) { return row.frame >= 1; });
+  rows.erase(rows.begin(), first);
+  return rows;
 }
 
 std::string format_result(const ResultRow& row) {

@@ -8,6 +8,7 @@
 
 #include "command.h"
 #include "evaluation.h"
+#include "event_report.h"
 #include "sdmt/nn/output_file.h"
 
 namespace sdmt::tools {
@@ -25,6 +26,9 @@ struct EvaluateOptions {
   bool allow_missing = false;
   std::string json;
   std::string csv;
+  bool explain = false;
+  eval::EventOptions events;
+  std::string render;
 };
 
 // Sequence folders by name; two of one name could not be told apart in a folder of results.
@@ -77,6 +81,8 @@ Evaluation evaluate(const EvaluateOptions& options) {
   Evaluation evaluation;
   evaluation.benchmark = eval::parse_benchmark(options.benchmark);
   evaluation.compat = eval::parse_compat(options.compat);
+  const auto early = evaluation.compat == eval::Compat::devkit ? track::RowsBeforeFrame1::drop
+                                                               : track::RowsBeforeFrame1::refuse;
   for (const auto& path : options.results) {
     if (!fs::exists(path)) throw std::invalid_argument(path + ": no such file or folder");
   }
@@ -95,7 +101,7 @@ Evaluation evaluate(const EvaluateOptions& options) {
   for (const auto& [name, folder] : folders) {
     const auto gt = eval::read_sequence_ground_truth(folder);
     std::vector<track::ResultRow> rows;
-    if (!files[name].empty()) rows = track::read_results(files[name]);
+    if (!files[name].empty()) rows = track::read_results(files[name], early);
     evaluation.sequences.push_back(evaluate_sequence(folder, gt, rows, files[name].string(),
                                                      evaluation.benchmark, evaluation.compat));
   }
@@ -103,14 +109,33 @@ Evaluation evaluate(const EvaluateOptions& options) {
   return evaluation;
 }
 
+std::vector<SequenceEvents> explain(const Evaluation& evaluation,
+                                    const eval::EventOptions& options) {
+  std::vector<SequenceEvents> all;
+  for (const auto& sequence : evaluation.sequences) {
+    all.push_back({&sequence, eval::find_events(sequence.prepared, sequence.matches, options)});
+  }
+  return all;
+}
+
 void run(const EvaluateOptions& options) {
+  options.events.validate();
   const auto evaluation = evaluate(options);
   fmt::print("{}, counted as {}\n{}", eval::to_string(evaluation.benchmark),
              evaluation.compat == eval::Compat::devkit ? "the MATLAB devkit" : "TrackEval",
              to_text(evaluation));
-  if (!options.json.empty()) {
-    nn::write_text_file(options.json, to_json(evaluation).dump(1) + "\n");
+  auto json = to_json(evaluation);
+  if (options.explain || !options.render.empty()) {
+    const auto events = explain(evaluation, options.events);
+    if (options.explain) {
+      fmt::print("\n{}", to_text(events));
+      json["events"] = to_json(events);
+    }
+    if (!options.render.empty()) {
+      fmt::print("{} frames drawn in {}\n", draw_events(events, options.render), options.render);
+    }
   }
+  if (!options.json.empty()) nn::write_text_file(options.json, json.dump(1) + "\n");
   if (!options.csv.empty()) nn::write_text_file(options.csv, to_csv(evaluation));
 }
 
@@ -144,6 +169,18 @@ void add_evaluate_command(CLI::App& app) {
   command->add_option("--json", options->json, "Write all scores here")->type_name("FILE");
   command->add_option("--csv", options->csv, "Write a row of scores a sequence here")
       ->type_name("FILE");
+  command->add_flag("--explain", options->explain,
+                    "List every ID switch, long miss and false track with frame and box");
+  command
+      ->add_option("--long-miss", options->events.long_miss,
+                   "A person missed for this many boxes on end is a long miss")
+      ->capture_default_str()
+      ->type_name("N");
+  command
+      ->add_option("--render", options->render,
+                   "Draw the frames in which such events start into this folder (sequences "
+                   "with images)")
+      ->type_name("DIR");
   command->callback([options] { run(*options); });
 }
 

@@ -62,7 +62,10 @@ class DetectionFile {
 };
 
 std::vector<GroundTruthRow> read_ground_truth(const std::filesystem::path& path);
-std::vector<ResultRow> read_results(const std::filesystem::path& path);
+/// What to do with result rows of a frame below 1: the MATLAB devkit passed over them.
+enum class RowsBeforeFrame1 { refuse, drop };
+std::vector<ResultRow> read_results(const std::filesystem::path& path,
+                                    RowsBeforeFrame1 early = RowsBeforeFrame1::refuse);
 
 /// One row as text with its newline: positions with 2 decimals, confidence with up to 6 digits.
 std::string format_result(const ResultRow& row);
