@@ -109,6 +109,13 @@ void read_tensor(const Safetensors& file, const StoredTensor& tensor, Tensor& ou
     }
   }
   if (!finite) refuse(file.name(), tensor.name, "holds a value that is not finite");
+  if (tensor.name.ends_with("running_var")) {
+    for (const float value : out.values()) {
+      if (value < 0) {
+        refuse(file.name(), tensor.name, "holds " + std::to_string(value) + ", expected >= 0");
+      }
+    }
+  }
 }
 
 // Hands the rows of a tensor, in the order of the file, to `use`.

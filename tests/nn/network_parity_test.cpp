@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole network against PyTorch, layer by layer; the fixtures are made by
+// tests/parity/make_network.py.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "nn/formula_network.h"
+#include "sdmt/nn/embedder.h"
+#include "sdmt/nn/sequential.h"
+
+namespace sdmt::nn {
+namespace {
+
+using testing_support::FormulaCrop;
+using testing_support::kFormulaCrops;
+namespace fs = std::filesystem;
+
+const fs::path kFixtures = fs::path(SDMT_TESTS_DIR) / "nn/fixtures";
+
+std::vector<double> numbers(const Safetensors& file, const std::string& name) {
+  const auto& entry = file.at(name);
+  if (entry.dtype == DType::i64) {
+    const auto integers = file.read_integers(name);
+    return {integers.begin(), integers.end()};
+  }
+  std::vector<float> values(entry.count());
+  file.read_floats(entry, values);
+  return {values.begin(), values.end()};
+}
+
+// Compares an activation with what PyTorch made of it: sampled values within `tolerance` of the
+// layer's largest, and the sum over each picture, where errors that average out would be seen.
+void expect_layer(const Safetensors& fixture, const std::string& name, const Tensor& ours,
+                  double tolerance) {
+  const Shape& shape = ours.shape();
+  const double largest = numbers(fixture, name + ".largest").front();
+  const auto positions = fixture.read_integers(name + ".positions");
+  const auto values = numbers(fixture, name + ".values");
+  double worst = 0;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    // The position counts in NCHW.
+    const auto h = static_cast<std::uint64_t>(shape.h);
+    const auto w = static_cast<std::uint64_t>(shape.w);
+    const auto c = static_cast<std::uint64_t>(shape.c);
+    const std::uint64_t x = positions[i] % w;
+    const std::uint64_t y = positions[i] / w % h;
+    const std::uint64_t channel = positions[i] / (w * h) % c;
+    const std::uint64_t n = positions[i] / (w * h * c);
+    ASSERT_LT(n, static_cast<std::uint64_t>(shape.n)) << name;
+    const double value = ours.data()[((n * h + y) * w + x) * c + channel];
+    worst = std::max(worst, std::abs(value - values[i]));
+  }
+  EXPECT_LT(worst, tolerance * largest) << name;
+  const auto sums = numbers(fixture, name + ".sums");
+  ASSERT_EQ(sums.size(), static_cast<std::size_t>(shape.n)) << name;
+  for (int n = 0; n < shape.n; ++n) {
+    double sum = 0;
+    double magnitude = 0;
+    for (std::size_t i = 0; i < shape.image_size(); ++i) {
+      sum += ours.image(n)[i];
+      magnitude += std::abs(ours.image(n)[i]);
+    }
+    EXPECT_NEAR(sum, sums[static_cast<std::size_t>(n)], tolerance * magnitude)
+        << name << " of " << n;
+  }
+}
+
+class NetworkParity : public testing::Test {
+ protected:
+  // One model for all tests: it passes through a file, so that loading is part of what is compared.
+  static void SetUpTestSuite() {
+    const fs::path path =
+        fs::path(testing::TempDir()) / ("formula-" + std::to_string(::getpid()) + ".safetensors");
+    testing_support::write_formula_model(path);
+    model_ = std::make_unique<Model>(load_model(path));
+    fs::remove(path);
+    patches_.resize(model_->network.input_shape(kFormulaCrops));
+    for (int i = 0; i < kFormulaCrops; ++i) {
+      const FormulaCrop crop(i);
+      ASSERT_TRUE(extract_patch(crop.view(), crop.rect(), {}, patches_.image(i)));
+    }
+  }
+  static void TearDownTestSuite() { model_.reset(); }
+
+  static void expect_embeddings(const float* ours) {
+    const auto theirs = numbers(Safetensors(kFixtures / "network.safetensors"), "embeddings");
+    ASSERT_EQ(theirs.size(), static_cast<std::size_t>(kFormulaCrops * kEmbeddingSize));
+    double worst = 0;
+    for (std::size_t i = 0; i < theirs.size(); ++i) {
+      worst = std::max(worst, std::abs(ours[i] - theirs[i]));
+    }
+    EXPECT_LT(worst, 1e-5);
+    RecordProperty("worst_difference", std::to_string(worst));
+  }
+
+  static std::unique_ptr<Model> model_;
+  static Tensor patches_;
+};
+
+std::unique_ptr<Model> NetworkParity::model_;
+Tensor NetworkParity::patches_;
+
+TEST_F(NetworkParity, LayerByLayer) {
+  const Safetensors fixture(kFixtures / "network.safetensors");
+  expect_layer(fixture, "input", patches_, 1e-6);
+  const Tensor* x = &patches_;
+  Tensor buffers[2];
+  int next = 0;
+  int compared = 0;
+  for (Sequential* part : {&model_->network.trunk(), &model_->network.head()}) {
+    for (int i = 0; i < part->size(); ++i) {
+      Tensor& y = buffers[next];
+      part->layer(i).forward(*x, y, Mode::inference);
+      if (fixture.find(part->name(i) + ".values") != nullptr) {
+        expect_layer(fixture, part->name(i), y, 1e-5);
+        ++compared;
+      }
+      x = &y;
+      next = 1 - next;
+    }
+  }
+  EXPECT_EQ(compared, 7 + 2 + 3);  // convolutions, poolings, fc1, fc2, bn
+  expect_embeddings(x->data());
+}
+
+TEST_F(NetworkParity, FusedForwardPass) {
+  const Tensor& features = model_->network.trunk().forward(patches_, Mode::inference);
+  EXPECT_EQ(features.shape(), (Shape{kFormulaCrops, 32, 16, 256}));
+  expect_layer(Safetensors(kFixtures / "network.safetensors"), "features", features, 1e-5);
+  expect_embeddings(model_->network.forward(patches_, Mode::inference).data());
+}
+
+TEST_F(NetworkParity, Embedder) {
+  std::vector<FormulaCrop> pictures;
+  std::vector<Crop> crops;
+  for (int i = 0; i < kFormulaCrops; ++i) pictures.emplace_back(i);
+  for (const FormulaCrop& picture : pictures) crops.push_back({picture.view(), picture.rect()});
+  // One that shows nothing, in the middle: its neighbours must keep their rows.
+  crops.insert(crops.begin() + 5, Crop{pictures[0].view(), {-100, 0, 50, 50}});
+  EmbeddingRows rows;
+  Embedder embedder(std::move(*model_), {.max_batch = 7});
+  embedder.embed(crops, rows);
+  ASSERT_EQ(rows.valid.size(), crops.size());
+  EXPECT_EQ(rows.valid[5], 0);
+  EXPECT_EQ(std::count(rows.valid.begin(), rows.valid.end(), 1), kFormulaCrops);
+  const auto bad = rows.values.begin() + 5 * kEmbeddingSize;
+  EXPECT_TRUE(std::all_of(bad, bad + kEmbeddingSize, [](float v) { return v == 0; }));
+  rows.values.erase(bad, bad + kEmbeddingSize);
+  expect_embeddings(rows.values.data());
+
+  // A row does not depend on its company.
+  EmbeddingRows alone;
+  embedder.embed(std::span(crops).subspan(3, 1), alone);
+  for (std::size_t i = 0; i < kEmbeddingSize; ++i) {
+    EXPECT_NEAR(alone.values[i], rows.values[3 * kEmbeddingSize + i], 1e-6);
+  }
+  const std::vector<PixelRect> rects{{0, 0, 20, 40}, pictures[9].rect()};
+  embedder.embed(pictures[9].view(), rects, alone);
+  for (std::size_t i = 0; i < kEmbeddingSize; ++i) {
+    EXPECT_NEAR(alone.values[kEmbeddingSize + i], rows.values[9 * kEmbeddingSize + i], 1e-6);
+  }
+  embedder.embed(std::span<const Crop>(), alone);
+  EXPECT_TRUE(alone.values.empty());
+}
+
+TEST(TrunkParity, RealVgg16Features) {
+  const fs::path file = fs::path(SDMT_DATA_DIR) / "vgg16/vgg16-conv1_1-conv3_3.safetensors";
+  if (!fs::exists(file)) GTEST_SKIP() << file << " is not there";
+  EmbeddingNetwork network;
+  EXPECT_TRUE(load_trunk(file, network).empty());
+  const FormulaCrop crop(0);
+  Tensor patch(network.input_shape(1));
+  ASSERT_TRUE(extract_patch(crop.view(), crop.rect(), {}, patch.data()));
+  expect_layer(Safetensors(kFixtures / "vgg16_conv3_3.safetensors"), "features",
+               network.trunk().forward(patch, Mode::inference), 1e-5);
+}
+
+}  // namespace
+}  // namespace sdmt::nn

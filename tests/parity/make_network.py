@@ -1,0 +1,56 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Makes the fixtures of the network's parity tests with PyTorch and OpenCV.
+
+  make_network.py [TRUNK.safetensors]
+
+Writes tests/nn/fixtures/network.safetensors: for each layer the sum of every picture's values and
+values sampled over the batch; the inputs and the embeddings. With TRUNK (the VGG-16 convolutions,
+torchvision names) also fixtures/vgg16_conv3_3.safetensors: its features of one picture, sampled.
+"""
+import os
+import sys
+
+import numpy as np
+import torch
+
+from parity_network import CROPS, as_torch, crop, formula_tensors, hashed, head, read_safetensors, to_input, trunk, \
+    write_safetensors
+
+FIXTURES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "nn", "fixtures")
+
+
+def sampled(value, count, stream):
+    """-> positions in the flattened NCHW array, values there"""
+    positions = (hashed(count, stream).astype(np.float64) * value.numel()).astype(np.int64)
+    return positions, value.flatten()[torch.from_numpy(positions)].numpy()
+
+
+def main():
+    torch.set_num_threads(2)
+    out = {}
+
+    def keep(name, value, samples=128):
+        out[f"{name}.sums"] = value.double().flatten(1).sum(1).numpy()
+        out[f"{name}.largest"] = value.abs().max().reshape(1).numpy()
+        out[f"{name}.positions"], out[f"{name}.values"] = sampled(value, samples, 500 + len(out))
+
+    inputs = torch.from_numpy(np.stack([to_input(crop(i)) for i in range(CROPS)]))
+    tensors = as_torch(formula_tensors())
+    with torch.no_grad():
+        keep("input", inputs, 1024)
+        features = trunk(inputs, tensors, keep)
+        keep("features", features, 8192)
+        out["embeddings"] = head(features, tensors, keep).numpy()
+    write_safetensors(os.path.join(FIXTURES, "network.safetensors"), out)
+    e = out["embeddings"]
+    print("mean distance of the embeddings", np.mean([np.linalg.norm(a - b) for a in e for b in e]))
+
+    if len(sys.argv) > 1:
+        out = {}
+        with torch.no_grad():
+            keep("features", trunk(inputs[:1], as_torch(read_safetensors(sys.argv[1])[0])), 2048)
+        write_safetensors(os.path.join(FIXTURES, "vgg16_conv3_3.safetensors"), out)
+
+
+main()
