@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detection_assignment.h"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace sdmt::track {
+
+void DetectionAssignment::gate(const Tracklets& active, const FrameDetections& detections) {
+  predictions_.clear();
+  for (const auto& tracklet : active) predictions_.push_back(to_tlwh(tracklet->state.box()));
+  const auto& overlaps =
+      overlaps_.find(predictions_, detections.boxes, std::min(options_.min_iou, options_.weak_iou));
+  gated_.clear();
+  for (const Overlap& pair : overlaps) {
+    const auto& flags = detections.flags[static_cast<std::size_t>(pair.b)];
+    const double bound = flags.strong ? options_.min_iou : options_.weak_iou;
+    if (!flags.dropped && pair.iou > bound) gated_.push_back(pair);
+  }
+}
+
+const std::vector<Match>& DetectionAssignment::assign(const Tracklets& active,
+                                                      const FrameDetections& detections) {
+  detection_of_.assign(active.size(), -1);
+  taken_.assign(detections.size(), false);
+  matches_.clear();
+  assign_strong(active, detections);
+  assign_weak(active, detections);
+  std::sort(matches_.begin(), matches_.end(),
+            [](const Match& x, const Match& y) { return x.tracklet < y.tracklet; });
+  return matches_;
+}
+
+void DetectionAssignment::assign_strong(const Tracklets& active,
+                                        const FrameDetections& detections) {
+  edges_.clear();
+  for (const Overlap& pair : gated_) {
+    if (!detections.flags[static_cast<std::size_t>(pair.b)].strong) continue;
+    double value = 0;
+    if (!affinity(*active[static_cast<std::size_t>(pair.a)], detections, pair, value)) continue;
+    edges_.push_back({pair.a, pair.b, value});
+  }
+  take_best(active.size(), detections.size());
+}
+
+void DetectionAssignment::assign_weak(const Tracklets& active, const FrameDetections& detections) {
+  edges_.clear();
+  for (const Overlap& pair : gated_) {
+    if (detections.flags[static_cast<std::size_t>(pair.b)].strong) continue;
+    if (detection_of_[static_cast<std::size_t>(pair.a)] >= 0) continue;
+    edges_.push_back({pair.a, pair.b, pair.iou});
+  }
+  if (!edges_.empty()) take_best(active.size(), detections.size());
+}
+
+// Adds the best assignment over edges_ to the matches.
+void DetectionAssignment::take_best(std::size_t tracklets, std::size_t detections) {
+  const auto best =
+      maximum_weight_assignment(static_cast<int>(tracklets), static_cast<int>(detections), edges_);
+  for (const AssignmentEdge& edge : edges_) {
+    if (best[static_cast<std::size_t>(edge.row)] != edge.column) continue;
+    detection_of_[static_cast<std::size_t>(edge.row)] = edge.column;
+    matches_.push_back({edge.row, edge.column, edge.weight});
+  }
+}
+
+// Equation 4; false when the pair fails the appearance gate.
+bool DetectionAssignment::affinity(const Tracklet& tracklet, const FrameDetections& detections,
+                                   const Overlap& pair, double& value) const {
+  const double floor = options_.rescale_affinity ? options_.min_iou : 0.0;
+  const double motion = (pair.iou - floor) / (1 - floor);
+  value = motion;
+  const auto detection = static_cast<std::size_t>(pair.b);
+  if (!detections.flags[detection].embedded || tracklet.gallery.empty()) return true;
+  if (!options_.appearance_gate && options_.lambda <= 0) return true;
+  double appearance =
+      1 - tracklet.gallery.distance(detections.feature(detection), options_.gallery_distance);
+  if (options_.appearance_gate && !(appearance > threshold_)) return false;
+  if (options_.rescale_affinity) appearance = (appearance - threshold_) / (1 - threshold_);
+  value = options_.lambda * appearance + (1 - options_.lambda) * motion;
+  return true;
+}
+
+}  // namespace sdmt::track

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detection_boosting.h"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace sdmt::track {
+
+int DetectionBoosting::boost(int frame, const nn::ImageView& image, AppearanceModel& appearance,
+                             const Tracklets& active, std::span<const Match> matches,
+                             FrameDetections& detections) {
+  searching_.clear();
+  candidates_.clear();
+  first_candidate_.assign(1, 0);
+  matched_.assign(active.size(), 0);
+  for (const Match& match : matches) matched_[static_cast<std::size_t>(match.tracklet)] = 1;
+  for (std::size_t i = 0; i < active.size(); ++i) {
+    const Tracklet& tracklet = *active[i];
+    if (matched_[i] || tracklet.gallery.empty() || !tracklet.confidence.positive(options_) ||
+        frame - tracklet.boosted_frame < options_.boost_interval) {
+      continue;
+    }
+    sample(tracklet.state.box(), image);
+    searching_.push_back(&tracklet);
+    first_candidate_.push_back(candidates_.size());
+  }
+  if (candidates_.empty()) return 0;
+  appearance.embed(image, candidates_, embeddings_);
+
+  const std::size_t first = detections.size();
+  affinities_.clear();
+  for (std::size_t i = 0; i < searching_.size(); ++i) {
+    double best = threshold_;
+    std::size_t chosen = candidates_.size();
+    for (std::size_t j = first_candidate_[i]; j < first_candidate_[i + 1]; ++j) {
+      if (!embeddings_.valid[j]) continue;
+      const double affinity =
+          1 - searching_[i]->gallery.distance(embeddings_.row(j), options_.gallery_distance);
+      if (affinity > best) {
+        best = affinity;
+        chosen = j;
+      }
+    }
+    if (chosen == candidates_.size()) continue;
+    FrameDetections::Flags flags;
+    flags.strong = true;
+    flags.boosted = true;
+    detections.add(candidates_[chosen], 0.0, flags);
+    detections.set_feature(detections.size() - 1, embeddings_.row(chosen));
+    affinities_.push_back(best);
+  }
+  if (detections.size() > first) suppress(detections, first);
+  return static_cast<int>(std::count_if(
+      detections.flags.begin() + static_cast<std::ptrdiff_t>(first), detections.flags.end(),
+      [](const FrameDetections::Flags& flags) { return !flags.dropped; }));
+}
+
+void DetectionBoosting::sample(const Cxcywh& prediction, const nn::ImageView& image) {
+  const int half = options_.boost_grid / 2;
+  const double step = half > 0 ? options_.boost_reach / half : 0;
+  const int sizes = options_.boost_scale_step > 0 ? 1 : 0;
+  // Coordinates count the first pixel as 1: it covers [1, 2).
+  const double right_end = image.width + 1.0, bottom_end = image.height + 1.0;
+  for (int size = -sizes; size <= sizes; ++size) {
+    const double scale = 1 + size * options_.boost_scale_step;
+    for (int y = -half; y <= half; ++y) {
+      for (int x = -half; x <= half; ++x) {
+        const Tlwh box = to_tlwh({prediction.cx + x * step * prediction.width,
+                                  prediction.cy + y * step * prediction.height,
+                                  prediction.width * scale, prediction.height * scale});
+        const double left = std::max(box.left, 1.0), top = std::max(box.top, 1.0);
+        const double right = std::min(box.left + box.width, right_end);
+        const double bottom = std::min(box.top + box.height, bottom_end);
+        if (right - left > 0 && bottom - top > 0) {
+          candidates_.push_back({left, top, right - left, bottom - top});
+        }
+      }
+    }
+  }
+}
+
+// Boosted boxes come after the real ones, in order of their affinity (-1..1).
+void DetectionBoosting::suppress(FrameDetections& detections, std::size_t first) {
+  double lowest = 0;
+  for (std::size_t i = 0; i < first; ++i) lowest = std::min(lowest, detections.scores[i]);
+  ranks_.assign(detections.scores.begin(),
+                detections.scores.begin() + static_cast<std::ptrdiff_t>(first));
+  for (const double affinity : affinities_) ranks_.push_back(lowest - 2 + affinity);
+  suppress_overlaps(detections.boxes, ranks_, options_.boost_nms, overlaps_, keep_);
+  for (std::size_t i = 0; i < detections.size(); ++i) {
+    if (!keep_[i]) detections.flags[i].dropped = true;
+  }
+}
+
+}  // namespace sdmt::track

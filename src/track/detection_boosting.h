@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "detection_assignment.h"
+#include "frame_detections.h"
+#include "overlaps.h"
+#include "sdmt/nn/image_view.h"
+#include "sdmt/track/appearance_model.h"
+#include "sdmt/track/tracker_options.h"
+#include "tracklet.h"
+
+namespace sdmt::track {
+
+/// Detection boosting (section III-E): looks for people whom the detector missed. Around the
+/// prediction of each positive tracklet without a detection, boosted less than every boost_interval
+/// frames, boxes are sampled densely: boost_grid x boost_grid shifts of up to boost_reach widths
+/// and heights, three sizes each, clipped to the image. All of them are embedded in one batch, and
+/// the one closest in appearance joins the detections when its affinity is above tau_a.
+class DetectionBoosting {
+ public:
+  DetectionBoosting(const TrackerOptions& options, double threshold)
+      : options_(options), threshold_(threshold) {}
+
+  /// Appends the boosted boxes to `detections`, if any, and then marks those dropped that overlap a
+  /// better one by more than boost_nms: real ones by score, after them the boosted ones by
+  /// affinity. Returns how many boosted boxes are left. `matches` are those of the first
+  /// assignment.
+  int boost(int frame, const nn::ImageView& image, AppearanceModel& appearance,
+            const Tracklets& active, std::span<const Match> matches, FrameDetections& detections);
+
+  /// Boxes embedded by the last call.
+  std::size_t candidates() const { return candidates_.size(); }
+
+ private:
+  void sample(const Cxcywh& prediction, const nn::ImageView& image);
+  void suppress(FrameDetections& detections, std::size_t first);
+
+  const TrackerOptions& options_;
+  double threshold_;
+  std::vector<std::uint8_t> matched_;  // [active]
+  std::vector<const Tracklet*> searching_;
+  std::vector<std::size_t> first_candidate_;  // [searching + 1]
+  std::vector<Tlwh> candidates_;
+  Embeddings embeddings_;
+  std::vector<double> affinities_;  // of the boosted boxes
+  OverlapFinder overlaps_;
+  std::vector<double> ranks_;
+  std::vector<std::uint8_t> keep_;
+};
+
+}  // namespace sdmt::track

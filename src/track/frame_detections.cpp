@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "frame_detections.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace sdmt::track {
+
+namespace {
+
+// Squares and products of such boxes stay far from overflow.
+constexpr double kFarthest = 1e12;
+
+void check(const Detection& detection, std::size_t index) {
+  const auto refuse = [index](const char* field, double value, const char* expected) {
+    throw std::invalid_argument("detection " + std::to_string(index) + ": " + field + " is " +
+                                std::to_string(value) + ", expected " + expected);
+  };
+  const auto in_range = [](double value) { return value >= -kFarthest && value <= kFarthest; };
+  const Tlwh& box = detection.box;
+  if (!in_range(box.left)) refuse("left", box.left, "-1e12..1e12");
+  if (!in_range(box.top)) refuse("top", box.top, "-1e12..1e12");
+  if (!in_range(box.width) || box.width <= 0) refuse("width", box.width, "> 0 and <= 1e12");
+  if (!in_range(box.height) || box.height <= 0) refuse("height", box.height, "> 0 and <= 1e12");
+  if (!std::isfinite(detection.score)) refuse("score", detection.score, "a finite number");
+}
+
+}  // namespace
+
+void FrameDetections::clear() {
+  boxes.clear();
+  scores.clear();
+  flags.clear();
+  features.clear();
+}
+
+void FrameDetections::add(const Tlwh& box, double score, const Flags& flag) {
+  boxes.push_back(box);
+  scores.push_back(score);
+  flags.push_back(flag);
+}
+
+void FrameDetections::set_feature(std::size_t i, std::span<const float> feature) {
+  dimension = static_cast<int>(feature.size());
+  features.resize(size() * feature.size());
+  std::copy(feature.begin(), feature.end(),
+            features.begin() + static_cast<std::ptrdiff_t>(i * feature.size()));
+  flags[i].embedded = true;
+}
+
+void DetectionFilter::accept(std::span<const Detection> detections, const TrackerOptions& options,
+                             FrameDetections& accepted) {
+  boxes_.clear();
+  scores_.clear();
+  for (std::size_t i = 0; i < detections.size(); ++i) {
+    check(detections[i], i);
+    double score = options.use_scores ? detections[i].score : 1.0;
+    if (options.use_scores && options.calibration) score = options.calibration->probability(score);
+    if (score < options.min_confidence) continue;
+    boxes_.push_back(detections[i].box);
+    scores_.push_back(score);
+  }
+  suppress_overlaps(boxes_, scores_, options.nms, overlaps_, keep_);
+  accepted.clear();
+  for (std::size_t i = 0; i < boxes_.size(); ++i) {
+    if (!keep_[i]) continue;
+    FrameDetections::Flags flag;
+    flag.strong = scores_[i] >= options.strong_confidence;
+    accepted.add(boxes_[i], scores_[i], flag);
+  }
+}
+
+}  // namespace sdmt::track

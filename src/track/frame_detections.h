@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "overlaps.h"
+#include "sdmt/track/box.h"
+#include "sdmt/track/detection.h"
+#include "sdmt/track/tracker_options.h"
+
+namespace sdmt::track {
+
+/// The detections of one frame as the tracker sees them; a box keeps its index until the next
+/// frame. Boosted boxes come after those of the detector.
+struct FrameDetections {
+  struct Flags {
+    bool strong = false;    ///< may be matched by appearance and start a tracklet
+    bool boosted = false;   ///< found by appearance, not by the detector
+    bool dropped = false;   ///< boosted, but on top of another box: not to be used
+    bool embedded = false;  ///< has a feature vector
+  };
+
+  std::vector<Tlwh> boxes;
+  std::vector<double> scores;  ///< calibrated
+  std::vector<Flags> flags;
+  int dimension = 0;
+  std::vector<float> features;  ///< [boxes, dimension], set where `embedded`
+
+  std::size_t size() const { return boxes.size(); }
+  std::span<const float> feature(std::size_t i) const {
+    const auto length = static_cast<std::size_t>(dimension);
+    return std::span(features).subspan(i * length, length);
+  }
+
+  void clear();
+  void add(const Tlwh& box, double score, const Flags& flag);
+  void set_feature(std::size_t i, std::span<const float> feature);
+};
+
+/// The door of the tracker: checks detections, calibrates their scores, drops those below
+/// min_confidence and duplicates. Keeps its memory.
+class DetectionFilter {
+ public:
+  /// Throws std::invalid_argument as Tracker::update, before `accepted` is changed.
+  void accept(std::span<const Detection> detections, const TrackerOptions& options,
+              FrameDetections& accepted);
+
+ private:
+  OverlapFinder overlaps_;
+  std::vector<Tlwh> boxes_;
+  std::vector<double> scores_;
+  std::vector<std::uint8_t> keep_;
+};
+
+}  // namespace sdmt::track

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+
+#include "sdmt/track/box.h"
+
+namespace sdmt::track {
+
+/// Estimate of a box and its velocity (pixels a frame). Centre and size are four independent
+/// constant-velocity filters, and because all noise is proportional to the height of the box, they
+/// share one 2 x 2 covariance of position and velocity.
+struct KalmanState {
+  std::array<double, 4> mean{};      ///< cx, cy, width, height
+  std::array<double, 4> velocity{};  ///< of the same
+  double position_variance = 0;
+  double covariance = 0;  ///< between position and velocity
+  double velocity_variance = 0;
+
+  Cxcywh box() const { return {mean[0], mean[1], mean[2], mean[3]}; }
+};
+
+/// Standard deviations in units of the box height (section III-D of the paper names a constant
+/// velocity filter; state and proportional noise are DeepSORT's, with width instead of aspect
+/// ratio, which a box without height cannot divide by zero).
+class KalmanFilter {
+ public:
+  struct Noise {
+    double measurement = 1.0 / 20;
+    double position = 1.0 / 20;   ///< added by each frame
+    double velocity = 1.0 / 160;  ///< added by each frame
+    double initial_position = 2.0 / 20;
+    double initial_velocity = 10.0 / 160;
+  };
+
+  /// Smallest width and height of a prediction, and of the height that scales the noise, in pixels.
+  static constexpr double kMinimumSize = 2;
+
+  explicit KalmanFilter(const Noise& noise) : noise_(noise) {}
+
+  KalmanState start(const Cxcywh& box) const;
+  /// The state `frames` >= 0 frames later.
+  KalmanState predict(const KalmanState& state, int frames = 1) const;
+  /// The state after seeing `box`. Joseph form: the covariance stays positive definite.
+  KalmanState update(const KalmanState& state, const Cxcywh& box) const;
+  /// One step of the Rauch-Tung-Striebel smoother: `state` improved by knowing what `frames` later
+  /// turned out to be `later`.
+  KalmanState smooth(const KalmanState& state, int frames, const KalmanState& later) const;
+
+ private:
+  Noise noise_;
+};
+
+/// The box `frames` later (or earlier, below 0) with constant velocity of the centre and the size
+/// as it is: a size velocity kept over 90 frames explodes or turns negative.
+Cxcywh extrapolate(const KalmanState& state, int frames);
+
+}  // namespace sdmt::track

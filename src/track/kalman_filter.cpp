@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/track/kalman_filter.h"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace sdmt::track {
+
+namespace {
+
+constexpr std::size_t kSize = 4;
+
+double square(double x) { return x * x; }
+
+double scale(const KalmanState& state) {
+  return std::max(state.mean[3], KalmanFilter::kMinimumSize);
+}
+
+}  // namespace
+
+KalmanState KalmanFilter::start(const Cxcywh& box) const {
+  KalmanState state;
+  state.mean = {box.cx, box.cy, box.width, box.height};
+  state.position_variance = square(scale(state) * noise_.initial_position);
+  state.velocity_variance = square(scale(state) * noise_.initial_velocity);
+  return state;
+}
+
+KalmanState KalmanFilter::predict(const KalmanState& state, int frames) const {
+  const double n = frames;
+  const double q = square(scale(state) * noise_.position);
+  const double r = square(scale(state) * noise_.velocity);
+  KalmanState next = state;
+  for (std::size_t i = 0; i < kSize; ++i) next.mean[i] += n * state.velocity[i];
+  next.mean[2] = std::max(next.mean[2], kMinimumSize);
+  next.mean[3] = std::max(next.mean[3], kMinimumSize);
+  // F^n P F^n' plus the noise of the n steps, each carried on by the steps after it: the sums of
+  // 0..n-1 and of their squares.
+  next.position_variance += n * (2 * state.covariance + n * state.velocity_variance) + n * q +
+                            r * (n - 1) * n * (2 * n - 1) / 6;
+  next.covariance += n * state.velocity_variance + r * n * (n - 1) / 2;
+  next.velocity_variance += n * r;
+  return next;
+}
+
+KalmanState KalmanFilter::update(const KalmanState& state, const Cxcywh& box) const {
+  const double r = square(scale(state) * noise_.measurement);
+  const double innovation = state.position_variance + r;
+  const double k = state.position_variance / innovation;
+  const double g = state.covariance / innovation;
+  const std::array<double, kSize> seen = {box.cx, box.cy, box.width, box.height};
+  KalmanState next;
+  for (std::size_t i = 0; i < kSize; ++i) {
+    const double error = seen[i] - state.mean[i];
+    next.mean[i] = state.mean[i] + k * error;
+    next.velocity[i] = state.velocity[i] + g * error;
+  }
+  const double p = state.position_variance;
+  next.position_variance = square(1 - k) * p + square(k) * r;
+  next.covariance = (1 - k) * (state.covariance - g * p) + k * g * r;
+  next.velocity_variance = state.velocity_variance - 2 * g * state.covariance + square(g) * (p + r);
+  return next;
+}
+
+KalmanState KalmanFilter::smooth(const KalmanState& state, int frames,
+                                 const KalmanState& later) const {
+  const KalmanState predicted = predict(state, frames);
+  const double determinant =
+      predicted.position_variance * predicted.velocity_variance - square(predicted.covariance);
+  // Gain P F' Pp^-1; F' takes (position, velocity) covariances n frames on.
+  const double n = frames;
+  const double pp = state.position_variance + n * state.covariance;
+  const double pv = state.covariance;
+  const double vp = state.covariance + n * state.velocity_variance;
+  const double vv = state.velocity_variance;
+  const double a = predicted.velocity_variance / determinant;
+  const double b = -predicted.covariance / determinant;
+  const double c = predicted.position_variance / determinant;
+  const double g_pp = pp * a + pv * b, g_pv = pp * b + pv * c;
+  const double g_vp = vp * a + vv * b, g_vv = vp * b + vv * c;
+  KalmanState smoothed = state;
+  for (std::size_t i = 0; i < kSize; ++i) {
+    const double position = later.mean[i] - predicted.mean[i];
+    const double velocity = later.velocity[i] - predicted.velocity[i];
+    smoothed.mean[i] += g_pp * position + g_pv * velocity;
+    smoothed.velocity[i] += g_vp * position + g_vv * velocity;
+  }
+  return smoothed;
+}
+
+Cxcywh extrapolate(const KalmanState& state, int frames) {
+  Cxcywh box = state.box();
+  box.cx += frames * state.velocity[0];
+  box.cy += frames * state.velocity[1];
+  return box;
+}
+
+}  // namespace sdmt::track

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "track_history.h"
+
+#include <algorithm>
+
+namespace sdmt::track {
+
+namespace {
+
+KalmanFilter::Noise smoother_noise(const TrackerOptions& options) {
+  KalmanFilter::Noise noise;
+  noise.measurement = options.position_noise;
+  noise.position = options.smoothing_position_noise;
+  noise.velocity = options.smoothing_velocity_noise;
+  // The first box is as good as any other; nothing is known about the velocity.
+  noise.initial_position = options.position_noise;
+  noise.initial_velocity = 0.25;
+  return noise;
+}
+
+Cxcywh between(const Cxcywh& a, const Cxcywh& b, double t) {
+  return {a.cx + t * (b.cx - a.cx), a.cy + t * (b.cy - a.cy), a.width + t * (b.width - a.width),
+          a.height + t * (b.height - a.height)};
+}
+
+}  // namespace
+
+OutputRules::OutputRules(const TrackerOptions& options)
+    : report(options.report),
+      fill(options.fill),
+      max_fill(options.max_fill),
+      smoother(smoother_noise(options)) {}
+
+void TrackHistory::append(const OutputRules& rules, int frame, const Cxcywh& measured,
+                          const Cxcywh& filtered, double score, BoxSource source) {
+  Entry entry{frame, source, false, score, measured, filtered, {}};
+  if (rules.report == ReportBox::smoothed) {
+    if (entries_.empty()) {
+      entry.forward = rules.smoother.start(measured);
+    } else {
+      const Entry& last = entries_.back();
+      entry.forward =
+          rules.smoother.update(rules.smoother.predict(last.forward, frame - last.frame), measured);
+    }
+  }
+  entries_.push_back(entry);
+}
+
+void TrackHistory::prepend(const OutputRules& rules, const TrackHistory& older) {
+  std::vector<Entry> newer;
+  newer.swap(entries_);
+  const std::size_t start = first_;
+  first_ = 0;
+  entries_.assign(older.entries_.begin() + static_cast<std::ptrdiff_t>(older.first_),
+                  older.entries_.end());
+  const std::size_t seam = entries_.size();
+  for (std::size_t i = start; i < newer.size(); ++i) {
+    const Entry& entry = newer[i];
+    append(rules, entry.frame, entry.measured, entry.filtered, entry.score, entry.source);
+    entries_.back().merged = entry.merged;
+  }
+  if (seam > 0 && seam < entries_.size()) entries_[seam].merged = true;
+}
+
+std::optional<TrackedBox> TrackHistory::at(const OutputRules& rules, int frame) const {
+  const auto begin = entries_.begin() + static_cast<std::ptrdiff_t>(first_);
+  const auto after = std::find_if(begin, entries_.end(),
+                                  [frame](const Entry& entry) { return entry.frame > frame; });
+  if (after == begin) return std::nullopt;
+  const auto index = static_cast<std::size_t>(after - entries_.begin()) - 1;
+  const Entry& entry = entries_[index];
+  if (entry.frame == frame) {
+    TrackedBox box{0, {}, entry.source == BoxSource::detected ? entry.score : 0.0, entry.source};
+    switch (rules.report) {
+      case ReportBox::smoothed:
+        box.box = to_tlwh(smoothed(rules.smoother, index).box());
+        break;
+      case ReportBox::filtered:
+        box.box = to_tlwh(entry.filtered);
+        break;
+      case ReportBox::detection:
+        box.box = to_tlwh(entry.measured);
+        break;
+    }
+    return box;
+  }
+  if (after == entries_.end() || rules.fill == FillGaps::none) return std::nullopt;
+  if (rules.fill == FillGaps::merged && !after->merged) return std::nullopt;
+  if (after->frame - entry.frame - 1 > rules.max_fill) return std::nullopt;
+  return interpolated(rules, index, frame);
+}
+
+TrackedBox TrackHistory::interpolated(const OutputRules& rules, std::size_t before,
+                                      int frame) const {
+  const Entry& a = entries_[before];
+  const Entry& b = entries_[before + 1];
+  const double t = static_cast<double>(frame - a.frame) / (b.frame - a.frame);
+  Cxcywh box;
+  switch (rules.report) {
+    case ReportBox::smoothed:
+      box = rules.smoother
+                .smooth(rules.smoother.predict(a.forward, frame - a.frame), b.frame - frame,
+                        smoothed(rules.smoother, before + 1))
+                .box();
+      break;
+    case ReportBox::filtered:
+      box = between(a.filtered, b.filtered, t);
+      break;
+    case ReportBox::detection:
+      box = between(a.measured, b.measured, t);
+      break;
+  }
+  return {0, to_tlwh(box), 0.0, BoxSource::interpolated};
+}
+
+KalmanState TrackHistory::smoothed(const KalmanFilter& smoother, std::size_t entry) const {
+  KalmanState state = entries_.back().forward;
+  for (std::size_t i = entries_.size() - 1; i > entry; --i) {
+    state =
+        smoother.smooth(entries_[i - 1].forward, entries_[i].frame - entries_[i - 1].frame, state);
+  }
+  // Smoothing is linear and knows nothing of sizes: keep them above zero.
+  state.mean[2] = std::max(state.mean[2], KalmanFilter::kMinimumSize);
+  state.mean[3] = std::max(state.mean[3], KalmanFilter::kMinimumSize);
+  return state;
+}
+
+void TrackHistory::forget(int frame) {
+  while (first_ + 1 < entries_.size() && entries_[first_ + 1].frame <= frame) ++first_;
+  if (first_ > 32 && 2 * first_ > entries_.size()) {
+    entries_.erase(entries_.begin(), entries_.begin() + static_cast<std::ptrdiff_t>(first_));
+    first_ = 0;
+  }
+}
+
+}  // namespace sdmt::track

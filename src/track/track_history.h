@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "sdmt/track/finished_frame.h"
+#include "sdmt/track/kalman_filter.h"
+#include "sdmt/track/tracker_options.h"
+
+namespace sdmt::track {
+
+/// How boxes become output, the same for all tracks of a tracker.
+struct OutputRules {
+  explicit OutputRules(const TrackerOptions& options);
+
+  ReportBox report;
+  FillGaps fill;
+  int max_fill;
+  KalmanFilter smoother;
+};
+
+/// The boxes of a track that are not reported yet, and the last one before them. A smoothed box is
+/// the Rauch-Tung-Striebel estimate from all boxes of the track up to the time it is asked for,
+/// which is its frame plus the delay: the forward filter runs as boxes come, the backward pass over
+/// the boxes held here when one is reported.
+class TrackHistory {
+ public:
+  /// `filtered`: the tracking filter's estimate after the box.
+  void append(const OutputRules& rules, int frame, const Cxcywh& measured, const Cxcywh& filtered,
+              double score, BoxSource source);
+  /// Puts an older track's boxes before these, which must begin later; runs the smoother again
+  /// over these.
+  void prepend(const OutputRules& rules, const TrackHistory& older);
+
+  /// The box of `frame`, its id unset; nothing before the first and after the last box and in gaps
+  /// that are not filled.
+  std::optional<TrackedBox> at(const OutputRules& rules, int frame) const;
+  /// Frees what is not needed to answer for frames after `frame`.
+  void forget(int frame);
+
+ private:
+  struct Entry {
+    int frame;
+    BoxSource source;
+    bool merged;  // the gap before it lies between two merged tracklets
+    double score;
+    Cxcywh measured;
+    Cxcywh filtered;
+    KalmanState forward;
+  };
+
+  KalmanState smoothed(const KalmanFilter& smoother, std::size_t entry) const;
+  TrackedBox interpolated(const OutputRules& rules, std::size_t before, int frame) const;
+
+  std::vector<Entry> entries_;
+  std::size_t first_ = 0;  // entries before are forgotten, their memory not yet given back
+};
+
+}  // namespace sdmt::track

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "track_output.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace sdmt::track {
+
+TrackOutput::TrackOutput(const TrackerOptions& options)
+    : options_(options),
+      rules_(options),
+      lag_(options.delay == TrackerOptions::kAutoDelay
+               ? options.auto_delay()
+               : std::min(options.delay, options.auto_delay())) {}
+
+void TrackOutput::merge(const Tracklet& older, Tracklet& newer) {
+  if (newer.reported) merges_.push_back({newer.id, older.id});
+  // Where the newer part is in the output already, the gap before it is too and cannot be filled.
+  if (newer.first_frame > decided_) newer.history.prepend(rules_, older.history);
+}
+
+void TrackOutput::emit(int frame, bool at_end, const Tracklets& active, const Tracklets& idle,
+                       std::int64_t& tracks) {
+  const int due = at_end ? frame : frame - lag_;
+  while (decided_ < due) {
+    ++decided_;
+    FinishedFrame& done = held_.emplace_back();
+    done.frame = decided_;
+    done.merges = std::exchange(merges_, {});
+    decide(decided_, idle, done.boxes, tracks);
+    decide(decided_, active, done.boxes, tracks);
+    std::sort(done.boxes.begin(), done.boxes.end(),
+              [](const TrackedBox& x, const TrackedBox& y) { return x.id < y.id; });
+  }
+  finished_.clear();
+  const int delay = options_.delay == TrackerOptions::kAutoDelay ? lag_ : options_.delay;
+  while (!held_.empty() && (at_end || frame - delay >= held_.front().frame)) {
+    finished_.push_back(std::move(held_.front()));
+    held_.pop_front();
+  }
+}
+
+void TrackOutput::decide(int frame, const Tracklets& tracklets, std::vector<TrackedBox>& boxes,
+                         std::int64_t& tracks) {
+  for (const auto& tracklet : tracklets) {
+    if (frame < tracklet->first_frame) continue;
+    if (tracklet->reported || tracklet->confidence.positive(options_)) {
+      if (auto box = tracklet->history.at(rules_, frame)) {
+        box->id = tracklet->id;
+        boxes.push_back(*box);
+        tracks += tracklet->reported ? 0 : 1;
+        tracklet->reported = true;
+      }
+    }
+    tracklet->history.forget(frame);
+  }
+}
+
+}  // namespace sdmt::track

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include "sdmt/track/finished_frame.h"
+#include "sdmt/track/tracker_options.h"
+#include "track_history.h"
+#include "tracklet.h"
+
+namespace sdmt::track {
+
+/// Fixed-lag output. What is said about frame f is decided when frame f + lag has been seen, lag
+/// being the delay or auto_delay(), whichever is less: whether a tracklet is positive (once
+/// reported it stays so), its id, and its box, smoothed and filled in from what is known then.
+/// Longer delays hold back finished frames and change nothing in them, which is why any delay from
+/// `auto` on gives the same output, and why that of a file is that of a stream.
+class TrackOutput {
+ public:
+  explicit TrackOutput(const TrackerOptions& options);
+
+  const OutputRules& rules() const { return rules_; }
+
+  /// To be called before `older` and `newer` become one.
+  void merge(const Tracklet& older, Tracklet& newer);
+
+  /// Decides about every frame that is due at `frame`, all that are left when at_end, and makes
+  /// those whose delay is over the new finished(). Counts new ids in `tracks`.
+  void emit(int frame, bool at_end, const Tracklets& active, const Tracklets& idle,
+            std::int64_t& tracks);
+  const std::vector<FinishedFrame>& finished() const { return finished_; }
+
+ private:
+  void decide(int frame, const Tracklets& tracklets, std::vector<TrackedBox>& boxes,
+              std::int64_t& tracks);
+
+  const TrackerOptions& options_;
+  OutputRules rules_;
+  int lag_;
+  int decided_ = 0;              // last frame decided about
+  std::vector<IdMerge> merges_;  // since then
+  std::deque<FinishedFrame> held_;
+  std::vector<FinishedFrame> finished_;
+};
+
+}  // namespace sdmt::track

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "appearance_gallery.h"
+#include "sdmt/track/kalman_filter.h"
+#include "sdmt/track/tracker_options.h"
+#include "track_history.h"
+
+namespace sdmt::track {
+
+/// Is a tracklet a person? (section III-D, "Tracklet Confidence".) Counts assigned real detections;
+/// boosted boxes leave no trace here.
+struct TrackletConfidence {
+  int length = 0;
+  double score_sum = 0;
+  double cost_sum = 0;  ///< of 1 - affinity; the first detection costs nothing
+
+  void add(double score, double cost) {
+    ++length;
+    score_sum += score;
+    cost_sum += cost;
+  }
+  void add(const TrackletConfidence& other) {
+    length += other.length;
+    score_sum += other.score_sum;
+    cost_sum += other.cost_sum;
+  }
+  bool positive(const TrackerOptions& options) const {
+    return length >= options.min_length && score_sum >= options.min_mean_confidence * length &&
+           cost_sum <= options.max_mean_cost * length;
+  }
+};
+
+/// A piece of a person's track: detections joined by assignment, and the older pieces that
+/// association joined to it.
+struct Tracklet {
+  Tracklet(int tracklet_id, int frame, const TrackerOptions& options)
+      : id(tracklet_id),
+        first_frame(frame),
+        last_frame(frame),
+        state_frame(frame),
+        gallery(options.gallery_size, options.gallery_selection) {}
+
+  int id;
+  int first_frame;  ///< of the first box, merged pieces included
+  Cxcywh first_box;
+  int last_frame;   ///< of the latest box
+  int state_frame;  ///< of `state`: now while active, the last prediction after that
+  KalmanState state;
+  int misses = 0;                ///< predictions since the latest box
+  int feature_frame = 0;         ///< when the gallery last grew; 0: never
+  int boosted_frame = -1000000;  ///< when it was last boosted
+  bool reported = false;  ///< a box of it is in the output: from then on it counts as positive
+  TrackletConfidence confidence;
+  AppearanceGallery gallery;
+  TrackHistory history;
+
+  /// The box expected in any frame.
+  Cxcywh predicted(int frame) const { return extrapolate(state, frame - state_frame); }
+};
+
+/// In order of id. Pointers stay valid while tracklets come and go.
+using Tracklets = std::vector<std::unique_ptr<Tracklet>>;
+
+}  // namespace sdmt::track

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tracklet_association.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace sdmt::track {
+
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+// Distance of the centres in units of the mean height.
+double distance_in_heights(const Cxcywh& a, const Cxcywh& b) {
+  return std::hypot(a.cx - b.cx, a.cy - b.cy) / std::max((a.height + b.height) / 2, 1e-9);
+}
+
+bool ordered(const AssociationPair& x, const AssociationPair& y) {
+  return std::pair(x.older->id, x.newer->id) < std::pair(y.older->id, y.newer->id);
+}
+
+}  // namespace
+
+const char* to_string(AssociationVerdict verdict) {
+  switch (verdict) {
+    case AssociationVerdict::merged:
+      return "merged";
+    case AssociationVerdict::no_overlap:
+      return "no overlap with the prediction";
+    case AssociationVerdict::appearance:
+      return "appearance too different";
+    case AssociationVerdict::no_feature:
+      return "no appearance stored";
+    case AssociationVerdict::better_pair:
+      return "a better pair was merged";
+  }
+  return "unknown";
+}
+
+void TrackletAssociation::run(int frame, std::vector<Tracklet*> tracklets,
+                              const std::function<void(Tracklet&, Tracklet&)>& merge) {
+  pairs_.clear();
+  for (Tracklet* older : tracklets) {
+    if (older->misses == 0) continue;
+    for (Tracklet* newer : tracklets) {
+      if (auto pair = judge(frame, *older, *newer)) pairs_.push_back(*pair);
+    }
+  }
+  while (!pairs_.empty()) {
+    const AssociationPair chosen = best();
+    report(frame, *chosen.older, *chosen.newer, by_appearance_ ? chosen.score : kUnknown,
+           AssociationVerdict::merged);
+    std::erase_if(pairs_, [&](const AssociationPair& pair) {
+      const bool same = pair.older == chosen.older && pair.newer == chosen.newer;
+      const bool touched = pair.older == chosen.older || pair.newer == chosen.older ||
+                           pair.older == chosen.newer || pair.newer == chosen.newer;
+      if (touched && !same && (pair.older == chosen.older || pair.newer == chosen.newer)) {
+        report(frame, *pair.older, *pair.newer, by_appearance_ ? pair.score : kUnknown,
+               AssociationVerdict::better_pair);
+      }
+      return touched;
+    });
+    merge(*chosen.older, *chosen.newer);
+    std::erase(tracklets, chosen.older);
+    judge_all(frame, tracklets, *chosen.newer);
+  }
+}
+
+void TrackletAssociation::judge_all(int frame, const std::vector<Tracklet*>& tracklets,
+                                    Tracklet& with) {
+  for (Tracklet* other : tracklets) {
+    if (auto pair = judge(frame, *other, with)) pairs_.push_back(*pair);
+    if (auto pair = judge(frame, with, *other)) pairs_.push_back(*pair);
+  }
+}
+
+std::optional<AssociationPair> TrackletAssociation::judge(int frame, Tracklet& older,
+                                                          Tracklet& newer) const {
+  const int gap = newer.first_frame - older.last_frame;
+  if (gap <= 0 || gap > options_.max_misses + options_.association_horizon || older.misses == 0) {
+    return std::nullopt;
+  }
+  const Cxcywh predicted = older.predicted(newer.first_frame);
+  if (!(iou(to_tlwh(predicted), to_tlwh(newer.first_box)) > 0)) {
+    report(frame, older, newer, kUnknown, AssociationVerdict::no_overlap);
+    return std::nullopt;
+  }
+  if (!by_appearance_) {
+    return AssociationPair{&older, &newer, -distance_in_heights(predicted, newer.first_box)};
+  }
+  if (older.gallery.empty() || newer.gallery.empty()) {
+    report(frame, older, newer, kUnknown, AssociationVerdict::no_feature);
+    return std::nullopt;
+  }
+  const double affinity = 1 - older.gallery.distance(newer.gallery, options_.gallery_distance);
+  if (!(affinity > threshold_)) {
+    report(frame, older, newer, affinity, AssociationVerdict::appearance);
+    return std::nullopt;
+  }
+  return AssociationPair{&older, &newer, affinity};
+}
+
+// Ties go to the lower ids. The listing serves the oldest tracklet that has a candidate first.
+const AssociationPair& TrackletAssociation::best() const {
+  return *std::max_element(pairs_.begin(), pairs_.end(),
+                           [this](const AssociationPair& x, const AssociationPair& y) {
+                             if (options_.literal_association && x.older->id != y.older->id) {
+                               return x.older->id > y.older->id;
+                             }
+                             return x.score < y.score || (x.score == y.score && ordered(y, x));
+                           });
+}
+
+void TrackletAssociation::report(int frame, const Tracklet& older, const Tracklet& newer,
+                                 double affinity, AssociationVerdict verdict) const {
+  if (observer) {
+    observer({frame, older.id, newer.id, newer.first_frame - older.last_frame, affinity, verdict});
+  }
+}
+
+}  // namespace sdmt::track

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "sdmt/track/tracker.h"
+#include "sdmt/track/tracker_options.h"
+#include "tracklet.h"
+
+namespace sdmt::track {
+
+/// Two tracklets that may be one person's, the older one continued by the newer one.
+struct AssociationPair {
+  Tracklet* older = nullptr;
+  Tracklet* newer = nullptr;
+  /// Higher is better: affinity of appearance, or minus the distance of the boxes in heights.
+  double score = 0;
+};
+
+/// Tracklet association (section III-F, algorithm 2): joins positive tracklets across gaps.
+///
+/// A newer tracklet can continue an older one that misses its detection when it began after the
+/// older one's last box, at most max_misses + association_horizon frames later, its first box
+/// overlaps the older one's prediction for that frame (IoU > 0), and the mean (or smallest)
+/// distance of their stored appearance leaves an affinity above the threshold. Pairs are merged
+/// best first, all affected pairs judged anew after each merge, until none is left.
+class TrackletAssociation {
+ public:
+  /// `by_appearance`: false to judge by motion alone. `threshold`: tau_a or what stands for it.
+  TrackletAssociation(const TrackerOptions& options, bool by_appearance, double threshold)
+      : options_(options), by_appearance_(by_appearance), threshold_(threshold) {}
+
+  /// Calls merge(older, newer) for each pair to join, `tracklets` being all positive ones by id.
+  /// merge() must leave the joined track in `newer` under the older id; `older` is not looked at
+  /// again.
+  void run(int frame, std::vector<Tracklet*> tracklets,
+           const std::function<void(Tracklet& older, Tracklet& newer)>& merge);
+
+  std::function<void(const AssociationDecision&)> observer;
+
+ private:
+  std::optional<AssociationPair> judge(int frame, Tracklet& older, Tracklet& newer) const;
+  void judge_all(int frame, const std::vector<Tracklet*>& tracklets, Tracklet& with);
+  const AssociationPair& best() const;
+  void report(int frame, const Tracklet& older, const Tracklet& newer, double affinity,
+              AssociationVerdict verdict) const;
+
+  const TrackerOptions& options_;
+  bool by_appearance_;
+  double threshold_;
+  std::vector<AssociationPair> pairs_;
+};
+
+}  // namespace sdmt::track
