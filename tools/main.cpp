@@ -89,6 +89,11 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "{}: {}\n", command_name(app, typed), message);
     return code;
   };
+  if (typed.empty() ||
+      (!typed[0].starts_with('-') && app.get_subcommand_no_throw(typed[0]) == nullptr)) {
+    const std::string wrong = typed.empty() ? "" : fmt::format("unknown command '{}'; ", typed[0]);
+    return report(wrong + "sdmt --help lists the commands", kBadInput);
+  }
   ExpandedArguments expanded;
   try {
     expanded = expand_config(app, typed);

@@ -14,8 +14,8 @@ extern "C" void remember_signal(int signal) { received = signal; }
 StopSignal::StopSignal() {
   struct sigaction action {};
   action.sa_handler = remember_signal;
-  // The handler serves once. No SA_RESTART: a blocked read of a camera shall return.
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  // The handler serves once; reads and writes that it interrupts go on.
+  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
   sigaction(SIGINT, &action, &old_interrupt_);
   sigaction(SIGTERM, &action, &old_terminate_);
 }

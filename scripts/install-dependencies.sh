@@ -1,0 +1,47 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Installs with apt what this machine lacks to build SDMT, and prints what that is.
+#
+#   scripts/install-dependencies.sh [build|test|develop]
+#
+# build: what the libraries and the binary need (default). test: and the tests.
+# develop: and what CONTRIBUTING.md uses beside them (benchmarks, formatting, coverage, ...).
+# Needs root or sudo, but neither when nothing is missing. Debian 12 and Ubuntu 24.04 have it all.
+set -euo pipefail
+
+packages=(
+  g++ cmake ninja-build pkg-config
+  libeigen3-dev            # Kalman filter
+  libhwy-dev               # SIMD, chosen at run time
+  nlohmann-json3-dev       # model metadata, reports, configuration
+  libcli11-dev libfmt-dev  # command line and text of the binary
+  libopencv-dev            # images and video of the binary and of training
+)
+case "${1:-build}" in
+  build) ;;
+  test) packages+=(libgtest-dev libgmock-dev) ;;
+  develop)
+    packages+=(libgtest-dev libgmock-dev libbenchmark-dev clang clang-format clang-tidy libomp-dev
+      gcovr git chromium qemu-user g++-aarch64-linux-gnu) ;;
+  *) echo "usage: $0 [build|test|develop]" >&2; exit 2 ;;
+esac
+
+missing=()
+for package in "${packages[@]}"; do
+  status=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
+  [ "$status" = installed ] || missing+=("$package")
+done
+if [ ${#missing[@]} -eq 0 ]; then
+  echo "dependencies: all ${#packages[@]} packages are installed"
+  exit 0
+fi
+
+echo "dependencies: installing ${missing[*]}"
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || { echo "$0: run it as root, or install sudo" >&2; exit 1; }
+  as_root=(sudo)
+fi
+"${as_root[@]}" apt-get update -qq
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+  apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null

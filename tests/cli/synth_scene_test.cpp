@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "cli/run_command.h"
+#include "sdmt/track/box.h"
+#include "sdmt/track/mot_file.h"
+#include "sdmt/track/sequence.h"
+
+namespace sdmt::tests {
+namespace {
+
+using testing::HasSubstr;
+
+CommandResult make_scene(const std::filesystem::path& folder, const std::string& seed,
+                         const std::string& threads = "2") {
+  return run_sdmt({"synth", "scene", "--output", folder, "--frames", "40", "--walkers", "6",
+                   "--width", "320", "--height", "180", "--seed", seed, "--threads", threads});
+}
+
+TEST(SynthScene, IsASequenceThatOurReadersRead) {
+  const TemporaryFolder folder;
+  const auto result = make_scene(folder / "scene", "3");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto sequence = track::Sequence::read(folder / "scene");
+  EXPECT_EQ(sequence.length, 40);
+  EXPECT_EQ(sequence.width, 320);
+  EXPECT_TRUE(std::filesystem::exists(sequence.image(40)));
+
+  const auto truth = track::read_ground_truth(sequence.ground_truth());
+  const auto detections = track::DetectionFile::read(sequence.detections());
+  std::set<int> ids;
+  int found = 0;
+  int hidden = 0;
+  for (const auto& row : truth) {
+    ids.insert(row.id);
+    EXPECT_EQ(row.category, 1);
+    hidden += row.visibility < 0.5 ? 1 : 0;
+    for (const auto& detection : detections.frame(row.frame)) {
+      if (track::iou(detection.box, row.box) >= 0.5) {
+        ++found;
+        break;
+      }
+    }
+  }
+  // The detector is good but neither perfect nor free of false alarms.
+  EXPECT_GE(ids.size(), 6u);
+  EXPECT_GT(found, static_cast<int>(truth.size() * 6 / 10));
+  EXPECT_LT(found, static_cast<int>(truth.size()));
+  EXPECT_GT(static_cast<int>(detections.size()), found);
+  EXPECT_GT(hidden, 0);
+}
+
+TEST(SynthScene, TheSeedDecidesEveryByte) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(make_scene(folder / "a", "5", "1").exit_code, 0);
+  ASSERT_EQ(make_scene(folder / "b", "5", "2").exit_code, 0);
+  ASSERT_EQ(make_scene(folder / "c", "6").exit_code, 0);
+  for (const std::string file : {"gt/gt.txt", "det/det.txt", "img1/000040.jpg"}) {
+    EXPECT_EQ(read_file(folder / ("a/" + file)), read_file(folder / ("b/" + file))) << file;
+    EXPECT_NE(read_file(folder / ("a/" + file)), read_file(folder / ("c/" + file))) << file;
+  }
+}
+
+TEST(SynthScene, RefusesImpossibleOptions) {
+  const TemporaryFolder folder;
+  const auto result = run_sdmt({"synth", "scene", "--output", folder / "s", "--walkers", "0"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("walkers is 0, expected 1 to 200"));
+  write_file(folder / "file", "");
+  const auto blocked = run_sdmt({"synth", "scene", "--output", folder / "file/scene"});
+  EXPECT_EQ(blocked.exit_code, 2);
+  EXPECT_THAT(blocked.err, HasSubstr("file/scene"));
+}
+
+}  // namespace
+}  // namespace sdmt::tests
