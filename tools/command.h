@@ -13,5 +13,6 @@ namespace sdmt::tools {
 
 void add_evaluate_command(CLI::App& app);
 void add_synth_scene_command(CLI::App& synth);
+void add_train_embedder_command(CLI::App& app);
 
 }  // namespace sdmt::tools

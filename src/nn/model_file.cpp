@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "half.h"
+#include "sdmt/nn/half.h"
 
 namespace sdmt::nn {
 

@@ -16,7 +16,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "half.h"
+#include "sdmt/nn/half.h"
 
 static_assert(std::endian::native == std::endian::little,
               "the values of safetensors files are little-endian and read as they are");

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "checkpoint.h"
+
+#include <bit>
+#include <span>
+#include <stdexcept>
+
+#include "sdmt/nn/safetensors.h"
+
+namespace sdmt::train {
+
+namespace {
+
+// Away from the model's own names, which a model reader looks for.
+constexpr const char* kPrefix = "training.";
+constexpr const char* kProgress = "training.progress";
+constexpr std::size_t kIterations = 2;  // values of it before the scores
+
+std::vector<std::uint64_t> file_shape(const nn::Shape& shape) {
+  return {static_cast<std::uint64_t>(shape.n), static_cast<std::uint64_t>(shape.h),
+          static_cast<std::uint64_t>(shape.w), static_cast<std::uint64_t>(shape.c)};
+}
+
+}  // namespace
+
+void write_checkpoint(const std::filesystem::path& path, const nn::Model& model,
+                      const Configuration& configuration, const Checkpoint& checkpoint) {
+  nn::SafetensorsWriter writer;
+  nn::add_model(writer, model, nn::Storage::float32);
+  for (const auto& [key, value] : configuration) writer.set_metadata(kPrefix + key, value);
+  for (const auto& [name, tensor] : checkpoint.tensors) {
+    writer.add(kPrefix + name, file_shape(tensor->shape()),
+               std::span<const float>(tensor->values()));
+  }
+  std::vector<std::uint64_t> progress = {static_cast<std::uint64_t>(checkpoint.iteration),
+                                         static_cast<std::uint64_t>(checkpoint.best_iteration)};
+  for (const double score : checkpoint.best_scores) {
+    progress.push_back(std::bit_cast<std::uint64_t>(score));
+  }
+  writer.add(kProgress, {progress.size()}, std::span<const std::uint64_t>(progress));
+  writer.write(path);
+}
+
+void read_checkpoint(const std::filesystem::path& path, const Configuration& configuration,
+                     Checkpoint& checkpoint) {
+  const nn::Safetensors file(path);
+  if (file.find(kProgress) == nullptr) {
+    throw std::invalid_argument(path.string() + ": is no training checkpoint, expected a tensor " +
+                                kProgress);
+  }
+  Configuration stored;
+  const std::string prefix = kPrefix;
+  for (const auto& [key, value] : file.metadata()) {
+    if (key.starts_with(prefix)) stored[key.substr(prefix.size())] = value;
+  }
+  require_same_configuration(path.string(), stored, configuration);
+  for (const auto& [name, tensor] : checkpoint.tensors) {
+    const auto& entry = file.at(kPrefix + name, file_shape(tensor->shape()));
+    file.read_floats(entry, tensor->values());
+  }
+  const auto progress = file.read_integers(kProgress);
+  const std::size_t expected = kIterations + checkpoint.best_scores.size();
+  if (progress.size() != expected) {
+    throw std::invalid_argument(path.string() + ": " + kProgress + " has " +
+                                std::to_string(progress.size()) + " values, expected " +
+                                std::to_string(expected));
+  }
+  checkpoint.iteration = static_cast<std::int64_t>(progress[0]);
+  checkpoint.best_iteration = static_cast<std::int64_t>(progress[1]);
+  for (std::size_t i = 0; i < checkpoint.best_scores.size(); ++i) {
+    checkpoint.best_scores[i] = std::bit_cast<double>(progress[kIterations + i]);
+  }
+}
+
+}  // namespace sdmt::train

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+
+#include "sdmt/train/trainer.h"
+
+namespace sdmt::train {
+
+/// A CSV file with one row an iteration, readable while the training runs: iteration, loss,
+/// mean_distance, hardest_positive, hardest_negative, active_negatives, spread, learning_rate,
+/// gradient_norm, images_per_second, validation_auc (empty when not validated).
+/// As a log it grows row by row, unlike the project's other files.
+class TrainingLog {
+ public:
+  /// Begins a new file; for a training that goes on after `iteration` steps (> 0) an older file of
+  /// that name keeps its rows up to there. Throws std::runtime_error naming the file when it cannot
+  /// be written.
+  explicit TrainingLog(std::filesystem::path path, std::int64_t iteration = 0);
+  ~TrainingLog();
+  TrainingLog(const TrainingLog&) = delete;
+  TrainingLog& operator=(const TrainingLog&) = delete;
+
+  /// `validation` may be null. Throws as the constructor.
+  void add(const TrainingStep& step, const Validation* validation, double images_per_second);
+
+ private:
+  void write(const std::string& line);
+
+  std::filesystem::path path_;
+  std::FILE* file_ = nullptr;
+};
+
+}  // namespace sdmt::train

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/train/tied_head.h"
+
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "sdmt/nn/batch_norm.h"
+#include "sdmt/nn/l2_normalize.h"
+#include "sdmt/nn/linear.h"
+#include "sdmt/nn/relu.h"
+#include "sdmt/train/avg_pool2d.h"
+
+namespace sdmt::train {
+
+namespace {
+
+constexpr const char* kTied = "fc1.weight";
+
+// The map that FC1 of `network` reads.
+nn::Shape map_shape(nn::EmbeddingNetwork& network) {
+  return network.trunk().output_shape(network.input_shape(1));
+}
+
+void require_fit(const nn::Shape& map, BlockGrid grid) {
+  if (grid.rows >= 1 && grid.columns >= 1 && map.h % grid.rows == 0 && map.w % grid.columns == 0) {
+    return;
+  }
+  throw std::invalid_argument("tie is " + std::to_string(grid.rows) + "x" +
+                              std::to_string(grid.columns) +
+                              ", expected rows x columns that divide the map of " +
+                              std::to_string(map.h) + "x" + std::to_string(map.w));
+}
+
+// Calls f(index in the full weights, index in the tied weights) for every weight.
+template <typename F>
+void for_each_weight(const nn::Shape& map, BlockGrid grid, int outputs, F f) {
+  const int block_height = map.h / grid.rows, block_width = map.w / grid.columns;
+  const auto channels = static_cast<std::size_t>(map.c);
+  std::size_t full = 0;
+  for (int o = 0; o < outputs; ++o) {
+    for (int y = 0; y < map.h; ++y) {
+      for (int x = 0; x < map.w; ++x) {
+        const int block = (o * grid.rows + y / block_height) * grid.columns + x / block_width;
+        const std::size_t tied = static_cast<std::size_t>(block) * channels;
+        for (std::size_t c = 0; c < channels; ++c) f(full++, tied + c);
+      }
+    }
+  }
+}
+
+// Everything that both heads have under the same name and in the same shape.
+void copy_equal_tensors(nn::Sequential& from, nn::Sequential& to) {
+  const auto sources = from.named_parameters(), targets = to.named_parameters();
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if (sources[i].name != kTied) targets[i].parameter->value = sources[i].parameter->value;
+  }
+  const auto statistics = from.named_buffers(), copies = to.named_buffers();
+  for (std::size_t i = 0; i < statistics.size(); ++i) *copies[i].tensor = *statistics[i].tensor;
+}
+
+nn::Tensor& fc1_weight(nn::Sequential& head) {
+  return dynamic_cast<nn::Linear&>(head.layer(head.index("fc1"))).weight().value;
+}
+
+}  // namespace
+
+std::unique_ptr<nn::Sequential> make_tied_head(nn::EmbeddingNetwork& network, BlockGrid grid) {
+  const nn::Shape map = map_shape(network);
+  require_fit(map, grid);
+  auto& fc2 = dynamic_cast<nn::Linear&>(network.head().layer(network.head().index("fc2")));
+  auto& bn = dynamic_cast<nn::BatchNorm&>(network.head().layer(network.head().index("bn")));
+
+  auto head = std::make_unique<nn::Sequential>();
+  head->add("blocks",
+            std::make_unique<AvgPool2d>(AvgPool2dOptions{map.h / grid.rows, map.w / grid.columns}));
+  head->add("fc1", std::make_unique<nn::Linear>(nn::LinearOptions{grid.rows * grid.columns * map.c,
+                                                                  fc2.options().in_features}));
+  head->add("relu1", std::make_unique<nn::ReLU>());
+  head->add("fc2", std::make_unique<nn::Linear>(fc2.options()));
+  head->add("bn", std::make_unique<nn::BatchNorm>(bn.options()));
+  head->add("l2", std::make_unique<nn::L2Normalize>());
+
+  copy_equal_tensors(network.head(), *head);
+  const nn::Tensor& full = fc1_weight(network.head());
+  nn::Tensor& tied = fc1_weight(*head);
+  std::vector<double> sums(tied.size(), 0.0);
+  for_each_weight(map, grid, fc2.options().in_features,
+                  [&](std::size_t i, std::size_t t) { sums[t] += full.data()[i]; });
+  for (std::size_t i = 0; i < sums.size(); ++i) tied.data()[i] = static_cast<float>(sums[i]);
+  head->parameters_changed();
+  return head;
+}
+
+void store_tied_head(nn::Sequential& tied, BlockGrid grid, nn::EmbeddingNetwork& network) {
+  const nn::Shape map = map_shape(network);
+  require_fit(map, grid);
+  copy_equal_tensors(tied, network.head());
+  const nn::Tensor& weights = fc1_weight(tied);
+  nn::Tensor& full = fc1_weight(network.head());
+  const auto positions = static_cast<float>(map.h / grid.rows * (map.w / grid.columns));
+  for_each_weight(map, grid, weights.shape().n, [&](std::size_t i, std::size_t t) {
+    full.data()[i] = weights.data()[t] / positions;
+  });
+  network.parameters_changed();
+}
+
+}  // namespace sdmt::train

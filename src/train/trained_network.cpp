@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "trained_network.h"
+
+#include <bit>
+
+namespace sdmt::train {
+
+TrainedNetwork::TrainedNetwork(nn::EmbeddingNetwork& network, std::optional<BlockGrid> tie,
+                               const std::string& first_trained, float trunk_lr_scale)
+    : network_(network), tie_(tie) {
+  if (tie_) tied_ = make_tied_head(network_, *tie_);
+  nn::Sequential& trunk = network_.trunk();
+  trunk_cut_ = first_trained == "fc1" ? trunk.size() : trunk.index(first_trained);
+  head_cut_ = tie_ && trunk_cut_ == trunk.size() ? 1 : 0;
+  for (int i = 0; i < trunk.size(); ++i) {
+    for (nn::Parameter* parameter : trunk.layer(i).parameters()) {
+      parameter->trainable = i >= trunk_cut_;
+      parameter->lr_scale = trunk_lr_scale;
+    }
+  }
+}
+
+nn::Shape TrainedNetwork::front_shape(int batch) const {
+  const nn::Shape map = network_.trunk().output_shape(network_.input_shape(batch), 0, trunk_cut_);
+  return tied_ ? tied_->output_shape(map, 0, head_cut_) : map;
+}
+
+const nn::Tensor& TrainedNetwork::run_front(const nn::Tensor& patches) {
+  const nn::Tensor& map = network_.trunk().forward(patches, nn::Mode::inference, 0, trunk_cut_);
+  return head().forward(map, nn::Mode::inference, 0, head_cut_);
+}
+
+const nn::Tensor& TrainedNetwork::forward(const nn::Tensor& front, nn::Mode mode) {
+  const nn::Tensor& map = network_.trunk().forward(front, mode, trunk_cut_);
+  return head().forward(map, mode, head_cut_);
+}
+
+void TrainedNetwork::backward(const nn::Tensor& dy) {
+  if (trunk_cut_ == network_.trunk().size()) {
+    head().backward(dy);
+    return;
+  }
+  head().backward(dy, &map_gradient_);
+  network_.trunk().backward(map_gradient_);
+}
+
+std::vector<nn::NamedParameter> TrainedNetwork::parameters() {
+  std::vector<nn::NamedParameter> result;
+  for (auto& [name, parameter] : network_.trunk().named_parameters()) {
+    if (parameter->trainable) result.push_back({"trunk." + name, parameter});
+  }
+  for (auto& [name, parameter] : head().named_parameters()) {
+    result.push_back({"head." + name, parameter});
+  }
+  return result;
+}
+
+std::vector<nn::NamedTensor> TrainedNetwork::state() {
+  std::vector<nn::NamedTensor> result;
+  for (auto& [name, parameter] : parameters()) result.push_back({name, &parameter->value});
+  for (auto& [name, tensor] : head().named_buffers()) result.push_back({"head." + name, tensor});
+  return result;
+}
+
+void TrainedNetwork::parameters_changed() {
+  if (trunk_cut_ < network_.trunk().size()) network_.trunk().parameters_changed();
+  head().parameters_changed();
+}
+
+void TrainedNetwork::store() {
+  if (tied_) store_tied_head(*tied_, *tie_, network_);
+}
+
+std::uint64_t TrainedNetwork::front_fingerprint() {
+  std::uint64_t hash = 0xcbf29ce484222325ULL;  // FNV-1a over words
+  for (const auto& [name, parameter] : network_.trunk().named_parameters()) {
+    if (parameter->trainable) continue;
+    for (const float value : parameter->value.values()) {
+      hash = (hash ^ std::bit_cast<std::uint32_t>(value)) * 0x100000001b3ULL;
+    }
+  }
+  return hash;
+}
+
+}  // namespace sdmt::train

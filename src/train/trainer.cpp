@@ -1,0 +1,378 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/train/trainer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "checkpoint.h"
+#include "feature_cache.h"
+#include "patches.h"
+#include "random_stream.h"
+#include "sdmt/nn/adam.h"
+#include "sdmt/nn/clip_grad_norm.h"
+#include "sdmt/nn/sgd.h"
+#include "sdmt/train/configuration.h"
+#include "sdmt/train/roc.h"
+#include "trained_network.h"
+
+namespace sdmt::train {
+
+namespace {
+
+void require(bool fine, const char* field, double value, const char* expected) {
+  if (fine) return;
+  throw std::invalid_argument(std::string(field) + " is " + to_text(value) + ", expected " +
+                              expected);
+}
+
+PkSamplerOptions sampler_options(const TrainerOptions& options) {
+  return {options.identities, options.instances, options.source_weights, options.seed};
+}
+
+nn::LearningRateSchedule make_schedule(const TrainerOptions& options) {
+  return nn::LearningRateSchedule({options.learning_rate, options.iterations,
+                                   options.warmup_iterations, options.decay, options.decay_start,
+                                   options.final_factor});
+}
+
+std::unique_ptr<nn::Optimizer> make_optimizer(const TrainerOptions& options,
+                                              std::vector<nn::NamedParameter> parameters) {
+  if (options.optimizer == OptimizerKind::sgd) {
+    return std::make_unique<nn::Sgd>(
+        std::move(parameters),
+        nn::SgdOptions{options.learning_rate, options.momentum, options.weight_decay});
+  }
+  nn::AdamOptions adam;
+  adam.learning_rate = options.learning_rate;
+  adam.weight_decay = options.weight_decay;
+  return std::make_unique<nn::Adam>(std::move(parameters), adam);
+}
+
+std::string tie_text(const std::optional<BlockGrid>& tie) {
+  return tie ? std::to_string(tie->rows) + "x" + std::to_string(tie->columns) : "none";
+}
+
+// What determines the results of the frozen layers for every view.
+Configuration front_configuration(const TrainerOptions& options, const TrainingSet& data,
+                                  TrainedNetwork& network) {
+  const AugmentationOptions& a = options.augmentation;
+  Configuration c;
+  c["data"] = std::to_string(data.fingerprint);
+  c["unreadable images"] = std::to_string(data.unreadable.size());
+  c["seed"] = std::to_string(options.seed);
+  c["views"] = std::to_string(options.views);
+  c["first_trained"] = options.first_trained;
+  c["tie"] = tie_text(options.tie);
+  c["frozen weights"] = std::to_string(network.front_fingerprint());
+  c["flip"] = to_text(a.flip);
+  c["translate"] = to_text(a.translate);
+  c["scale"] = to_text(a.scale);
+  c["brightness"] = to_text(a.brightness);
+  c["contrast"] = to_text(a.contrast);
+  c["tint"] = to_text(a.tint);
+  c["saturation"] = to_text(a.saturation);
+  c["grey"] = to_text(a.grey);
+  c["low_resolution"] = to_text(a.low_resolution);
+  c["blur"] = to_text(a.blur);
+  c["erase"] = to_text(a.erase);
+  return c;
+}
+
+// What determines the steps of a training.
+Configuration training_configuration(const TrainerOptions& options, Configuration front) {
+  Configuration c = std::move(front);
+  c["iterations"] = std::to_string(options.iterations);
+  c["loss"] = options.loss.kind == LossKind::contrastive ? "contrastive" : "triplet";
+  c["margin"] = to_text(options.loss.margin);
+  c["triplet_scale"] = to_text(options.loss.triplet_scale);
+  c["identities"] = std::to_string(options.identities);
+  c["instances"] = std::to_string(options.instances);
+  std::string weights;
+  for (const double weight : options.source_weights) weights += to_text(weight) + " ";
+  c["source_weights"] = weights;
+  c["optimizer"] = options.optimizer == OptimizerKind::adam ? "adam" : "sgd";
+  c["learning_rate"] = to_text(options.learning_rate);
+  c["trunk_lr_scale"] = to_text(options.trunk_lr_scale);
+  c["momentum"] = to_text(options.momentum);
+  c["weight_decay"] = to_text(options.weight_decay);
+  c["clip_norm"] = to_text(options.clip_norm);
+  c["decay"] = std::to_string(static_cast<int>(options.decay));
+  c["decay_start"] = to_text(options.decay_start);
+  c["final_factor"] = to_text(options.final_factor);
+  c["warmup_iterations"] = std::to_string(options.warmup_iterations);
+  c["validate_every"] = std::to_string(options.validate_every);
+  return c;
+}
+
+// Area under the ROC curve of all pairs.
+double auc_of_all_pairs(const nn::Tensor& embeddings, const std::vector<int>& labels) {
+  const auto dim = embeddings.shape().image_size();
+  std::vector<float> positives, negatives;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    for (std::size_t j = i + 1; j < labels.size(); ++j) {
+      const float* a = embeddings.data() + i * dim;
+      const float* b = embeddings.data() + j * dim;
+      float sum = 0;
+      for (std::size_t k = 0; k < dim; ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
+      (labels[i] == labels[j] ? positives : negatives).push_back(std::sqrt(sum));
+    }
+  }
+  return Roc(positives, negatives).auc();
+}
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return values.empty() ? 0 : sum / static_cast<double>(values.size());
+}
+
+}  // namespace
+
+void TrainerOptions::validate() const {
+  loss.validate();
+  augmentation.validate();
+  sampler_options(*this).validate();
+  require(iterations >= 1, "iterations", static_cast<double>(iterations), ">= 1");
+  require(views >= 0, "views", views, ">= 0");
+  require(learning_rate > 0, "learning_rate", learning_rate, "> 0");
+  require(trunk_lr_scale > 0, "trunk_lr_scale", trunk_lr_scale, "> 0");
+  require(clip_norm > 0, "clip_norm", clip_norm, "> 0");
+  require(validate_every >= 1, "validate_every", static_cast<double>(validate_every), ">= 1");
+}
+
+struct Trainer::Run {
+  nn::Model& model;
+  TrainingSet data;
+  TrainerOptions options;
+  TrainedNetwork network;
+  PkSampler sampler;
+  nn::LearningRateSchedule schedule;
+  std::unique_ptr<nn::Optimizer> optimizer;
+  Configuration front;
+  CollapseMonitor monitor;
+
+  std::optional<FeatureCache> cache;  // of the training images
+  std::vector<FeatureCache> validation_caches;
+
+  std::int64_t iteration = 0;
+  std::int64_t best_iteration = 0;
+  std::vector<double> best_scores;  // by validation set
+  std::vector<nn::Tensor> best;     // as network.state()
+
+  nn::Tensor patches, features, gradient;
+
+  Run(nn::Model& start, TrainingSet training_set, TrainerOptions training_options)
+      : model(start),
+        data(std::move(training_set)),
+        options(std::move(training_options)),
+        network(model.network, options.tie, options.first_trained,
+                static_cast<float>(options.trunk_lr_scale)),
+        sampler(data.identities, static_cast<int>(data.sources.size()), sampler_options(options)),
+        schedule(make_schedule(options)),
+        optimizer(make_optimizer(options, network.parameters())),
+        front(front_configuration(options, data, network)),
+        best_scores(data.validation.size(), 0.0) {
+    if (!network.has_front()) options.views = 0;
+    keep_as_best();
+  }
+
+  FeatureCache::Source training_source() const {
+    return {data.images, options.views, options.augmentation, options.seed,
+            model.metadata.preprocessing};
+  }
+
+  void keep_as_best() {
+    best_iteration = iteration;
+    best.clear();
+    for (const auto& [name, tensor] : network.state()) best.push_back(*tensor);
+  }
+
+  // The input of the trained layers for one batch.
+  void fill_features(const std::vector<int>& images) {
+    if (!cache) {
+      make_batch_patches(data.images, images, iteration, options.augmentation, options.seed,
+                         model.metadata.preprocessing, patches);
+      features = network.run_front(patches);
+      return;
+    }
+    features.resize(network.front_shape(static_cast<int>(images.size())));
+    auto random = random_stream(options.seed, Purpose::augmentation, 0,
+                                static_cast<std::uint64_t>(iteration));
+    std::vector<View> views;
+    for (const int image : images) {
+      const auto view = random.below(static_cast<std::uint64_t>(options.views));
+      views.push_back({image, static_cast<int>(view)});
+    }
+#pragma omp parallel for schedule(static)
+    for (int i = 0; i < static_cast<int>(views.size()); ++i) {
+      cache->read(views[static_cast<std::size_t>(i)], features.image(i));
+    }
+  }
+
+  // Embeddings of a validation set, as a tracker would compute them.
+  nn::Tensor embed(std::size_t set) {
+    constexpr int kBatch = 64;
+    const auto& images = data.validation[set].images;
+    const int count = static_cast<int>(images.size());
+    nn::Tensor embeddings({count, 1, 1, nn::kEmbeddingSize});
+    for (int first = 0; first < count; first += kBatch) {
+      const int size = std::min(kBatch, count - first);
+      if (network.has_front()) {
+        features.resize(network.front_shape(size));
+        for (int i = 0; i < size; ++i) {
+          validation_caches[set].read({first + i, 0}, features.image(i));
+        }
+      } else {
+        std::vector<View> views;
+        for (int i = 0; i < size; ++i) views.push_back({first + i, 0});
+        make_view_patches(images, views, options.augmentation, options.seed,
+                          model.metadata.preprocessing, features);
+      }
+      const nn::Tensor& rows = network.forward(features, nn::Mode::inference);
+      std::copy_n(rows.data(), rows.size(), embeddings.image(first));
+    }
+    return embeddings;
+  }
+
+  Checkpoint checkpoint() {
+    Checkpoint result{iteration, best_iteration, best_scores, {}};
+    const auto state = network.state();
+    for (std::size_t i = 0; i < state.size(); ++i) {
+      result.tensors.push_back({"state." + state[i].name, state[i].tensor});
+      result.tensors.push_back({"best." + state[i].name, &best[i]});
+    }
+    for (auto& [name, tensor] : optimizer->state()) {
+      result.tensors.push_back({"optimizer." + name, tensor});
+    }
+    return result;
+  }
+};
+
+Trainer::Trainer(nn::Model& model, TrainingSet data, TrainerOptions options) {
+  options.validate();
+  run_ = std::make_unique<Run>(model, std::move(data), std::move(options));
+}
+
+Trainer::~Trainer() = default;
+
+const TrainingSet& Trainer::data() const { return run_->data; }
+
+std::size_t Trainer::cache_bytes() const {
+  return run_->options.views == 0 ? 0 : FeatureCache::bytes(run_->network, run_->training_source());
+}
+
+void Trainer::prepare(const Progress& progress, const std::filesystem::path& cache_file) {
+  if (!run_->network.has_front()) return;
+  std::int64_t total = static_cast<std::int64_t>(run_->data.images.size()) * run_->options.views;
+  for (const auto& set : run_->data.validation) {
+    total += static_cast<std::int64_t>(set.images.size());
+  }
+  std::int64_t before = 0;
+  const CacheProgress report = [&](std::int64_t done, std::int64_t) {
+    if (progress) progress(before + done, total);
+  };
+  for (const auto& set : run_->data.validation) {
+    FeatureCache::Source source = run_->training_source();
+    source.images = set.images;
+    source.views = 1;
+    run_->validation_caches.emplace_back(run_->network, source, report);
+    before += static_cast<std::int64_t>(set.images.size());
+  }
+  if (run_->options.views == 0) return;
+  if (cache_file.empty()) {
+    run_->cache.emplace(run_->network, run_->training_source(), report);
+  } else {
+    run_->cache.emplace(run_->network, run_->training_source(), report, cache_file, run_->front);
+  }
+}
+
+std::int64_t Trainer::iteration() const { return run_->iteration; }
+bool Trainer::finished() const { return run_->iteration >= run_->options.iterations; }
+
+TrainingStep Trainer::step() {
+  Run& run = *run_;
+  const PkSampler::Batch batch = run.sampler.batch(run.iteration);
+  run.fill_features(batch.images);
+  const nn::Tensor& embeddings = run.network.forward(run.features, nn::Mode::training);
+  run.gradient.resize(embeddings.shape());
+  const BatchHardResult result = batch_hard_loss<float>(
+      embeddings.values(), batch.labels, batch.images, run.options.loss, run.gradient.values());
+  if (!std::isfinite(result.loss)) {
+    throw std::runtime_error("the loss is not finite at iteration " +
+                             std::to_string(run.iteration + 1) + ": lower the learning rate");
+  }
+  run.optimizer->zero_grad();
+  run.network.backward(run.gradient);
+
+  TrainingStep report;
+  report.gradient_norm = nn::clip_grad_norm(run.network.parameters(), run.options.clip_norm);
+  report.learning_rate = run.schedule.at(run.iteration);
+  run.optimizer->set_learning_rate(report.learning_rate);
+  run.optimizer->step();
+  run.network.parameters_changed();
+  report.iteration = ++run.iteration;
+  report.loss = result.loss;
+  report.mining = result.mining;
+  report.warning = run.monitor.add(result.mining);
+  return report;
+}
+
+bool Trainer::validation_due() const {
+  return finished() || run_->iteration % run_->options.validate_every == 0;
+}
+
+Validation Trainer::validate() {
+  Run& run = *run_;
+  Validation result;
+  std::vector<double> scores;
+  for (std::size_t set = 0; set < run.data.validation.size(); ++set) {
+    scores.push_back(auc_of_all_pairs(run.embed(set), run.data.validation[set].labels));
+    result.auc.emplace_back(run.data.validation[set].name, scores.back());
+  }
+  result.mean_auc = mean(scores);
+  result.best = scores.empty() || result.mean_auc > mean(run.best_scores);
+  if (result.best) {
+    run.best_scores = scores;
+    run.keep_as_best();
+  }
+  return result;
+}
+
+void Trainer::save_checkpoint(const std::filesystem::path& path) {
+  run_->network.store();
+  write_checkpoint(path, run_->model, training_configuration(run_->options, run_->front),
+                   run_->checkpoint());
+}
+
+void Trainer::load_checkpoint(const std::filesystem::path& path) {
+  Checkpoint checkpoint = run_->checkpoint();
+  read_checkpoint(path, training_configuration(run_->options, run_->front), checkpoint);
+  run_->iteration = checkpoint.iteration;
+  run_->best_iteration = checkpoint.best_iteration;
+  run_->best_scores = checkpoint.best_scores;
+  run_->network.parameters_changed();
+}
+
+void Trainer::finish() {
+  Run& run = *run_;
+  const auto state = run.network.state();
+  for (std::size_t i = 0; i < state.size(); ++i) *state[i].tensor = run.best[i];
+  run.network.parameters_changed();
+  run.network.store();
+
+  nn::TrainingSummary summary;
+  summary.datasets = run.data.sources;
+  summary.iterations = run.best_iteration;
+  summary.loss = run.options.loss.kind == LossKind::contrastive ? "batch-hard contrastive"
+                                                                : "batch-hard triplet, soft margin";
+  for (std::size_t set = 0; set < run.best_scores.size(); ++set) {
+    summary.scores[run.data.validation[set].name + " auc"] = run.best_scores[set];
+  }
+  run.model.metadata.training = std::move(summary);
+  run.model.metadata.margin = run.options.loss.margin;
+  run.model.metadata.tau_a.reset();  // held for the old weights
+}
+
+}  // namespace sdmt::train

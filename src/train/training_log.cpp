@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/train/training_log.h"
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sdmt/train/configuration.h"
+
+namespace sdmt::train {
+
+namespace {
+
+constexpr const char* kHeader =
+    "iteration,loss,mean_distance,hardest_positive,hardest_negative,active_negatives,spread,"
+    "learning_rate,gradient_norm,images_per_second,validation_auc";
+
+std::vector<std::string> rows_up_to(const std::filesystem::path& path, std::int64_t iteration) {
+  std::vector<std::string> rows;
+  std::ifstream file(path);
+  std::string line;
+  while (iteration > 0 && std::getline(file, line)) {
+    const auto number = std::strtoll(line.c_str(), nullptr, 10);  // 0 for the header
+    if (number >= 1 && number <= iteration) rows.push_back(line);
+  }
+  return rows;
+}
+
+}  // namespace
+
+TrainingLog::TrainingLog(std::filesystem::path path, std::int64_t iteration)
+    : path_(std::move(path)) {
+  const auto kept = rows_up_to(path_, iteration);
+  file_ = std::fopen(path_.c_str(), "w");
+  if (file_ == nullptr) {
+    throw std::runtime_error(path_.string() +
+                             ": cannot be opened for writing: " + std::strerror(errno));
+  }
+  write(kHeader);
+  for (const auto& row : kept) write(row);
+}
+
+TrainingLog::~TrainingLog() { std::fclose(file_); }
+
+void TrainingLog::add(const TrainingStep& step, const Validation* validation,
+                      double images_per_second) {
+  std::string line = std::to_string(step.iteration);
+  for (const double value :
+       {step.loss, step.mining.mean_distance, step.mining.hardest_positive,
+        step.mining.hardest_negative, step.mining.active_negatives, step.mining.spread,
+        step.learning_rate, step.gradient_norm, images_per_second}) {
+    line += "," + to_text(value);
+  }
+  line += ",";
+  if (validation != nullptr && !validation->auc.empty()) line += to_text(validation->mean_auc);
+  write(line);
+}
+
+void TrainingLog::write(const std::string& line) {
+  if (std::fprintf(file_, "%s\n", line.c_str()) < 0 || std::fflush(file_) != 0) {
+    throw std::runtime_error(path_.string() + ": write failed: " + std::strerror(errno));
+  }
+}
+
+}  // namespace sdmt::train

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/train/training_set.h"
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+#include <utility>
+
+#include "random_stream.h"
+
+namespace sdmt::train {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// People in the order of their pid, each with images in the order of the folder.
+using People = std::map<int, std::vector<ReidImage>>;
+
+People by_person(std::vector<ReidImage> images) {
+  People people;
+  for (auto& image : images) {
+    if (image.pid != kDistractorPid) people[image.pid].push_back(std::move(image));
+  }
+  return people;
+}
+
+// FNV-1a, 64 bits.
+void hash(std::uint64_t& state, std::string_view text) {
+  for (const char c : text) {
+    state = (state ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
+  }
+  state = (state ^ 0xFF) * 0x100000001b3ULL;  // so that "ab","c" is not "a","bc"
+}
+
+// Moves `count` people drawn by the seed out of `people`.
+People hold_out(People& people, int count, std::uint64_t seed, int source) {
+  std::vector<int> pids;
+  for (const auto& [pid, images] : people) pids.push_back(pid);
+  auto random = random_stream(seed, Purpose::holdout, static_cast<std::uint64_t>(source));
+  random.shuffle(std::span<int>(pids));
+  People held;
+  for (std::size_t i = 0; i < pids.size() && i < static_cast<std::size_t>(count); ++i) {
+    held.insert(people.extract(pids[i]));
+  }
+  return held;
+}
+
+// Every k-th person, so that no more than `limit` images remain.
+People thin(People people, int limit) {
+  std::size_t images = 0;
+  for (const auto& [pid, list] : people) images += list.size();
+  const std::size_t step =
+      (images + static_cast<std::size_t>(limit) - 1) / static_cast<std::size_t>(limit);
+  std::size_t at = 0;
+  std::erase_if(people, [&](const auto&) { return at++ % std::max<std::size_t>(step, 1) != 0; });
+  return people;
+}
+
+class Decoder {
+ public:
+  explicit Decoder(std::size_t total) : unreadable_(total) {}
+
+  // The images of each person that can be read.
+  std::vector<std::vector<Image>> decode(const People& people) {
+    std::vector<fs::path> paths;
+    for (const auto& [pid, list] : people) {
+      for (const auto& image : list) paths.push_back(image.path);
+    }
+    auto decoded = read_images(paths);
+    std::vector<std::vector<Image>> result;
+    std::size_t at = 0;
+    for (const auto& [pid, list] : people) {
+      auto& images = result.emplace_back();
+      for (std::size_t i = 0; i < list.size(); ++i, ++at) {
+        if (decoded[at]) {
+          images.push_back(std::move(*decoded[at]));
+        } else {
+          unreadable_.add(paths[at]);
+        }
+      }
+    }
+    return result;
+  }
+
+  const std::vector<fs::path>& unreadable() const { return unreadable_.paths(); }
+
+ private:
+  UnreadableImages unreadable_;
+};
+
+ValidationSet make_validation_set(std::string name, const People& people, Decoder& decoder) {
+  ValidationSet set;
+  set.name = std::move(name);
+  bool has_pair = false;
+  int label = 0;
+  for (auto& images : decoder.decode(people)) {
+    has_pair |= images.size() > 1;
+    for (auto& image : images) {
+      set.images.push_back(std::move(image));
+      set.labels.push_back(label);
+    }
+    ++label;
+  }
+  if (!has_pair || set.labels.empty() || set.labels.front() == set.labels.back()) {
+    throw std::invalid_argument(set.name + ": validation needs two people, one of them twice");
+  }
+  return set;
+}
+
+void add_identities(TrainingSet& set, const People& people, int source, Decoder& decoder) {
+  auto decoded = decoder.decode(people);
+  auto person = decoded.begin();
+  for (const auto& [pid, list] : people) {
+    auto& images = *person++;
+    if (images.empty()) continue;
+    Identity identity{source, pid, {}};
+    for (auto& image : images) {
+      identity.images.push_back(static_cast<int>(set.images.size()));
+      set.images.push_back(std::move(image));
+    }
+    set.identities.push_back(std::move(identity));
+  }
+}
+
+void require_pairs(const TrainingSet& set, const fs::path& first_folder) {
+  if (set.identities.size() < 2) {
+    throw std::invalid_argument(first_folder.string() + ": " +
+                                std::to_string(set.identities.size()) +
+                                " identities to train on, expected at least 2");
+  }
+  const bool has_pair = std::any_of(set.identities.begin(), set.identities.end(),
+                                    [](const Identity& i) { return i.images.size() > 1; });
+  if (!has_pair) {
+    throw std::invalid_argument(first_folder.string() +
+                                ": every identity has one image only, expected at least one with "
+                                "two: without them there is no pair of the same person");
+  }
+}
+
+std::string set_name(const fs::path& folder) {
+  const auto name = folder.filename();
+  return (name.empty() ? folder.parent_path().filename() : name).string();
+}
+
+}  // namespace
+
+void TrainingSetOptions::validate() const {
+  if (folders.empty()) throw std::invalid_argument("folders is empty, expected at least one");
+  if (holdout_identities < 0) {
+    throw std::invalid_argument("holdout_identities is " + std::to_string(holdout_identities) +
+                                ", expected >= 0");
+  }
+  if (max_validation_images < 2) {
+    throw std::invalid_argument("max_validation_images is " +
+                                std::to_string(max_validation_images) + ", expected >= 2");
+  }
+}
+
+TrainingSet load_training_set(const TrainingSetOptions& options) {
+  options.validate();
+  TrainingSet set;
+  set.fingerprint = 0xcbf29ce484222325ULL;
+  std::vector<People> training;
+  std::vector<std::pair<std::string, People>> validation;
+  std::size_t total = 0;
+  for (const auto& root : options.folders) {
+    set.sources.push_back(set_name(root));
+    auto& people =
+        training.emplace_back(by_person(list_reid_images(split_folder(root, Split::train))));
+    if (options.holdout_identities > 0) {
+      const int source = static_cast<int>(training.size()) - 1;
+      auto held = hold_out(people, options.holdout_identities, options.seed, source);
+      validation.emplace_back(set.sources.back() + " (held out)", std::move(held));
+    }
+    for (const auto& [pid, list] : people) {
+      total += list.size();
+      for (const auto& image : list) hash(set.fingerprint, image.path.filename().string());
+    }
+    hash(set.fingerprint, "end of folder");
+  }
+  for (const auto& root : options.validation_folders) {
+    validation.emplace_back(set_name(root), by_person(list_validation_images(root)));
+  }
+  for (auto& [name, people] : validation) {
+    people = thin(std::move(people), options.max_validation_images);
+    for (const auto& [pid, list] : people) {
+      total += list.size();
+      for (const auto& image : list) hash(set.fingerprint, image.path.filename().string());
+    }
+    hash(set.fingerprint, "end of validation set");
+  }
+
+  Decoder decoder(total);
+  for (std::size_t source = 0; source < training.size(); ++source) {
+    add_identities(set, training[source], static_cast<int>(source), decoder);
+  }
+  require_pairs(set, options.folders.front());
+  for (const auto& [name, people] : validation) {
+    set.validation.push_back(make_validation_set(name, people, decoder));
+  }
+  set.unreadable = decoder.unreadable();
+  return set;
+}
+
+}  // namespace sdmt::train
