@@ -88,8 +88,7 @@ std::vector<std::string> option_words(const CLI::Option& option, const json& val
                                       const std::string& file, const std::string& key) {
   if (is_flag(option)) {
     if (!value.is_boolean()) reject(file, key, "expected true or false, got " + value.dump());
-    if (!value.get<bool>()) return {};
-    return {"--" + key};
+    return {fmt::format("--{}={}", key, value.get<bool>())};
   }
   std::vector<std::string> words;
   if (value.is_array()) {

@@ -90,9 +90,10 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "{}: {}\n", command_name(app, typed), message);
     return code;
   };
-  if (typed.empty() ||
-      (!typed[0].starts_with('-') && app.get_subcommand_no_throw(typed[0]) == nullptr)) {
-    const std::string wrong = typed.empty() ? "" : fmt::format("unknown command '{}'; ", typed[0]);
+  const bool unknown =
+      !typed.empty() && !typed[0].starts_with('-') && command_name(app, typed) == app.get_name();
+  if (typed.empty() || unknown) {
+    const std::string wrong = unknown ? fmt::format("unknown command '{}'; ", typed[0]) : "";
     return report(wrong + "sdmt --help lists the commands", kBadInput);
   }
   ExpandedArguments expanded;
