@@ -9,6 +9,7 @@
 #include "kernels/gemm.h"
 #include "kernels/im2col.h"
 #include "kernels/scratch.h"
+#include "kernels/winograd.h"
 #include "parameter_access.h"
 #include "sdmt/nn/max_pool2d.h"
 
@@ -47,7 +48,10 @@ void Conv2dOptions::validate() const {
   require_at_least("padding", padding, 0);
 }
 
-Conv2d::Conv2d(Conv2dOptions options) : options_(options) {
+Conv2d::Conv2d(Conv2dOptions options)
+    : options_(options),
+      winograd_(std::make_unique<WinogradWeights>()),
+      winograd_transposed_(std::make_unique<WinogradWeights>()) {
   options_.validate();
   const int k = options_.kernel_size;
   weight_.name = "weight";
@@ -55,6 +59,14 @@ Conv2d::Conv2d(Conv2dOptions options) : options_(options) {
   bias_.name = "bias";
   bias_.decay = false;
   if (options_.bias) bias_.value = Tensor({1, 1, 1, options_.out_channels});
+}
+
+Conv2d::~Conv2d() = default;
+
+bool Conv2d::uses_winograd() const {
+  // With few input channels the transforms cost more than they save.
+  return options_.kernel_size == 3 && options_.stride == 1 && options_.padding == 1 &&
+         options_.in_channels >= 8;
 }
 
 void Conv2d::reset_parameters(Random& random) {
@@ -80,6 +92,17 @@ Shape Conv2d::output_shape(Shape in) const {
 void Conv2d::forward(const Tensor& x, Tensor& y, Mode) { forward_fused(x, y, Fusion::none); }
 
 void Conv2d::forward_fused(const Tensor& x, Tensor& y, Fusion fusion) {
+  if (uses_winograd()) {
+    output_shape(x.shape());
+    if (fusion == Fusion::relu_max_pool) MaxPool2d().output_shape(x.shape());
+    if (winograd_->empty()) winograd_->set(weight_.value);
+    winograd_convolution(x, *winograd_,
+                         {.bias = options_.bias ? bias_.value.data() : nullptr,
+                          .relu = fusion != Fusion::none,
+                          .max_pool = fusion == Fusion::relu_max_pool},
+                         y);
+    return;
+  }
   if (fusion == Fusion::relu_max_pool) {
     Tensor before_pool;
     forward_fused(x, before_pool, Fusion::relu);
@@ -130,6 +153,11 @@ void Conv2d::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* 
     }
   }
   if (dx == nullptr) return;
+  if (uses_winograd()) {
+    if (winograd_transposed_->empty()) winograd_transposed_->set_transposed(weight_.value);
+    winograd_convolution(dy, *winograd_transposed_, {}, *dx);
+    return;
+  }
   dx->resize(x.shape());
   dx->fill(0.0F);
   const std::int64_t blocks = (g.windows() + kWindowsPerBlock - 1) / kWindowsPerBlock;
@@ -152,6 +180,9 @@ std::vector<Parameter*> Conv2d::parameters() {
   return {&weight_};
 }
 
-void Conv2d::parameters_changed() {}
+void Conv2d::parameters_changed() {
+  winograd_->clear();
+  winograd_transposed_->clear();
+}
 
 }  // namespace sdmt::nn

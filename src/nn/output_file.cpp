@@ -25,8 +25,7 @@ OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)) {
   if (std::filesystem::is_directory(status)) {
     throw std::invalid_argument(path_.string() + ": is a folder, expected a file to write");
   }
-  const bool direct =
-      std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
+  const bool direct = std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
   if (!direct) {
     const auto folder = path_.has_parent_path() ? path_.parent_path() : std::filesystem::path(".");
     if (!std::filesystem::is_directory(folder, ignored)) {

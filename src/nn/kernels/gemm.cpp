@@ -78,16 +78,6 @@ void PackB(const MatrixView& b, std::int64_t depth, std::int64_t columns, float*
   }
 }
 
-/// Bias and ReLU on one finished row of a block.
-void FinishRow(float* row, std::int64_t columns, const float* bias, bool relu) {
-  for (std::int64_t j = 0; j < columns; ++j) {
-    float value = row[j];
-    if (bias != nullptr) value += bias[j];
-    if (relu && value < 0.0F) value = 0.0F;
-    row[j] = value;
-  }
-}
-
 /// One block of C, in one thread.
 void GemmBlock(std::int64_t m, std::int64_t n, std::int64_t k, const MatrixView& a,
                const MatrixView& b, const ProductView& c) {
@@ -111,6 +101,8 @@ void GemmBlock(std::int64_t m, std::int64_t n, std::int64_t k, const MatrixView&
         const std::int64_t columns = std::min<std::int64_t>(kColumns, n - column);
         float* const target = c.data + row * c.row_stride + column;
         const bool whole = columns == kColumns;
+        const bool finished = depth0 + depth == k;
+        const float* const bias = finished && c.bias != nullptr ? c.bias + column : nullptr;
         RunMicroTile(rows, MicroTile{.a = packed_a + row * padded_depth,
                                      .a_chunk = static_cast<std::ptrdiff_t>(rows) * kLanes,
                                      .b = packed_b + column * depth,
@@ -120,20 +112,19 @@ void GemmBlock(std::int64_t m, std::int64_t n, std::int64_t k, const MatrixView&
                                      .c_row = whole ? c.row_stride : kColumns,
                                      .c_vector = kLanes,
                                      .k = depth,
-                                     .accumulate = whole && accumulate});
+                                     .accumulate = whole && accumulate,
+                                     .bias = whole ? bias : nullptr,
+                                     .relu = whole && finished && c.relu});
         if (whole) continue;
         for (int i = 0; i < rows; ++i) {
           for (std::int64_t j = 0; j < columns; ++j) {
-            float& value = target[i * c.row_stride + j];
-            value = edge[i * kColumns + j] + (accumulate ? value : 0.0F);
+            float value = edge[i * kColumns + j];
+            if (accumulate) value += target[i * c.row_stride + j];
+            if (bias != nullptr) value += bias[j];
+            target[i * c.row_stride + j] = c.relu && finished && value < 0.0F ? 0.0F : value;
           }
         }
       }
-    }
-  }
-  if (c.bias != nullptr || c.relu) {
-    for (std::int64_t row = 0; row < m; ++row) {
-      FinishRow(c.data + row * c.row_stride, n, c.bias, c.relu);
     }
   }
 }

@@ -28,12 +28,15 @@ constexpr int kColumns = 2 * kLanes;  // a micro-tile is two vectors wide
 // Rows of a micro-tile: as many as leave registers for two vectors of B and a broadcast value of A.
 constexpr int kMaxRows = kLanes == 16 ? 14 : (HWY_ARCH_ARM ? 12 : 6);
 
-/// Where a micro-tile reads and writes. A is stored in chunks of kLanes consecutive k: element
-/// (i, k) at a[(k / kLanes) * a_chunk + i * kLanes + k % kLanes]; vector j of row k of B at
-/// b[k * b_step + j * b_vector]; vector j of row i of C at c[i * c_row + j * c_vector].
+/// Where a micro-tile reads and writes, and what it does on the way.
+/// A comes in chunks of consecutive k: with r = kRowStride, element (i, k) stands at
+/// a[(k / chunk) * a_chunk + i * r + k % chunk], where `chunk` is kLanes unless told otherwise.
+/// Vector j of row k of B stands at b[k * b_step + j * b_vector], vector j of row i of C at
+/// c[i * c_row + j * c_vector].
 struct MicroTile {
   const float* a;
   std::ptrdiff_t a_chunk;
+  int chunk = kLanes;
   const float* b;
   std::ptrdiff_t b_step;
   std::ptrdiff_t b_vector;
@@ -41,10 +44,15 @@ struct MicroTile {
   std::ptrdiff_t c_row;
   std::ptrdiff_t c_vector;
   std::int64_t k;
-  bool accumulate;
+  bool accumulate = false;      ///< add to C
+  const float* bias = nullptr;  ///< kColumns values added to every row
+  bool relu = false;            ///< negative results become 0
 };
 
-template <int kRows>
+/// max(v, 0) that keeps NaN.
+HWY_INLINE FloatVec Rectify(FloatVec v) { return hn::Max(hn::Zero(FloatTag()), v); }
+
+template <int kRows, int kRowStride>
 HWY_NOINLINE void RunMicroTile(const MicroTile& tile) {
   const FloatTag d;
   FloatVec sum[kRows][2];
@@ -57,39 +65,60 @@ HWY_NOINLINE void RunMicroTile(const MicroTile& tile) {
   const float* HWY_RESTRICT b1 = tile.b + tile.b_vector;
   const std::ptrdiff_t b_step = tile.b_step;
   const float* chunk = tile.a;
-  for (std::int64_t left = tile.k; left > 0; left -= kLanes, chunk += tile.a_chunk) {
+  for (std::int64_t left = tile.k; left > 0; left -= tile.chunk, chunk += tile.a_chunk) {
     const float* HWY_RESTRICT a = chunk;
-    const float* const end = a + std::min<std::int64_t>(left, kLanes);
+    const float* const end = a + std::min<std::int64_t>(left, tile.chunk);
     for (; a != end; ++a, b0 += b_step, b1 += b_step) {
       const FloatVec vb0 = hn::LoadU(d, b0);
       const FloatVec vb1 = hn::LoadU(d, b1);
 #pragma GCC unroll 16
       for (int i = 0; i < kRows; ++i) {
-        const FloatVec va = hn::Set(d, a[i * kLanes]);
+        const FloatVec va = hn::Set(d, a[i * kRowStride]);
         sum[i][0] = hn::MulAdd(va, vb0, sum[i][0]);
         sum[i][1] = hn::MulAdd(va, vb1, sum[i][1]);
       }
     }
   }
+  const std::ptrdiff_t c_row = tile.c_row;
   float* HWY_RESTRICT c0 = tile.c;
   float* HWY_RESTRICT c1 = tile.c + tile.c_vector;
+  if (tile.accumulate) {
 #pragma GCC unroll 16
-  for (int i = 0; i < kRows; ++i, c0 += tile.c_row, c1 += tile.c_row) {
-    if (tile.accumulate) {
-      sum[i][0] = hn::Add(sum[i][0], hn::LoadU(d, c0));
-      sum[i][1] = hn::Add(sum[i][1], hn::LoadU(d, c1));
+    for (int i = 0; i < kRows; ++i) {
+      sum[i][0] = hn::Add(sum[i][0], hn::LoadU(d, c0 + i * c_row));
+      sum[i][1] = hn::Add(sum[i][1], hn::LoadU(d, c1 + i * c_row));
     }
+  }
+  if (tile.bias != nullptr) {
+    const FloatVec bias0 = hn::LoadU(d, tile.bias);
+    const FloatVec bias1 = hn::LoadU(d, tile.bias + kLanes);
+#pragma GCC unroll 16
+    for (int i = 0; i < kRows; ++i) {
+      sum[i][0] = hn::Add(sum[i][0], bias0);
+      sum[i][1] = hn::Add(sum[i][1], bias1);
+    }
+  }
+  if (tile.relu) {
+#pragma GCC unroll 16
+    for (int i = 0; i < kRows; ++i) {
+      sum[i][0] = Rectify(sum[i][0]);
+      sum[i][1] = Rectify(sum[i][1]);
+    }
+  }
+#pragma GCC unroll 16
+  for (int i = 0; i < kRows; ++i, c0 += c_row, c1 += c_row) {
     hn::StoreU(sum[i][0], d, c0);
     hn::StoreU(sum[i][1], d, c1);
   }
 }
 
-template <int kRows = kMaxRows>
+/// A micro-tile of 1 to kMaxRows rows.
+template <int kRowStride = kLanes, int kRows = kMaxRows>
 HWY_INLINE void RunMicroTile(int rows, const MicroTile& tile) {
   if (rows == kRows) {
-    RunMicroTile<kRows>(tile);
+    RunMicroTile<kRows, kRowStride>(tile);
   } else if constexpr (kRows > 1) {
-    RunMicroTile<kRows - 1>(rows, tile);
+    RunMicroTile<kRowStride, kRows - 1>(rows, tile);
   }
 }
 

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
+
 #include "sdmt/nn/layer.h"
 #include "sdmt/nn/random.h"
 
 namespace sdmt::nn {
+
+class WinogradWeights;
 
 struct Conv2dOptions {
   int in_channels = 0;   ///< >= 1
@@ -34,6 +38,7 @@ class Conv2d : public Layer {
   /// Weights and biases are zero until set or reset_parameters(). Throws as
   /// Conv2dOptions::validate().
   explicit Conv2d(Conv2dOptions options);
+  ~Conv2d() override;
 
   const Conv2dOptions& options() const { return options_; }
 
@@ -57,9 +62,14 @@ class Conv2d : public Layer {
   void parameters_changed() override;
 
  private:
+  bool uses_winograd() const;
+
   Conv2dOptions options_;
   Parameter weight_;
   Parameter bias_;
+  // Transformed weights for forward and for the gradient of x, made when first needed.
+  std::unique_ptr<WinogradWeights> winograd_;
+  std::unique_ptr<WinogradWeights> winograd_transposed_;
 };
 
 }  // namespace sdmt::nn
