@@ -12,6 +12,7 @@ namespace sdmt::tools {
 // code, and gives every command --config and --threads.
 
 void add_evaluate_command(CLI::App& app);
+void add_synth_reid_command(CLI::App& synth);
 void add_synth_scene_command(CLI::App& synth);
 void add_train_embedder_command(CLI::App& app);
 

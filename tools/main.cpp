@@ -31,6 +31,7 @@ void add_commands(CLI::App& app) {
   CLI::App* synth = app.add_subcommand("synth", "Make practice data");
   synth->require_subcommand(1);
   add_synth_scene_command(*synth);
+  add_synth_reid_command(*synth);
 }
 
 // Every command that does work gets --config and --threads.

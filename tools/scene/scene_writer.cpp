@@ -5,13 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <string>
 #include <system_error>
 #include <vector>
 
+#include "jpeg.h"
 #include "scene/ground_camera.h"
 #include "scene/plaza.h"
 #include "scene/walkers.h"
@@ -155,14 +155,6 @@ void make_folders(const fs::path& folder) {
   }
 }
 
-void write_image(const fs::path& path, const cv::Mat& image) {
-  std::vector<std::uint8_t> jpeg;
-  cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, 90});
-  nn::OutputFile file(path);
-  file.write(jpeg.data(), jpeg.size());
-  file.commit();
-}
-
 void check(const char* field, double value, double low, double high) {
   if (value >= low && value <= high) return;
   throw std::invalid_argument(
@@ -194,7 +186,7 @@ void write_scene(const fs::path& folder, const SceneOptions& options,
     const auto standing = sorted_by_distance(camera, plaza, walkers);
     cv::Mat image = plaza.background().clone();
     draw(image, plaza, standing);
-    write_image(folder / "img1" / fmt::format("{:06}.jpg", frame), image);
+    write_jpeg(folder / "img1" / fmt::format("{:06}.jpg", frame), image, 90);
     for (std::size_t i = 0; i < standing.size(); ++i) {
       if (standing[i].walker == nullptr) continue;
       const cv::Rect2d& box = standing[i].box;
