@@ -16,6 +16,13 @@ double scale(const KalmanState& state) {
   return std::max(state.mean[3], KalmanFilter::kMinimumSize);
 }
 
+// Variance of the velocity when the position is known; rounding must not make it negative.
+double conditional_variance(const KalmanState& state) {
+  constexpr double kRounding = 1e-12;
+  return std::max(state.velocity_variance - square(state.covariance) / state.position_variance,
+                  kRounding * state.velocity_variance);
+}
+
 }  // namespace
 
 KalmanState KalmanFilter::start(const Cxcywh& box) const {
@@ -55,18 +62,20 @@ KalmanState KalmanFilter::update(const KalmanState& state, const Cxcywh& box) co
     next.mean[i] = state.mean[i] + k * error;
     next.velocity[i] = state.velocity[i] + g * error;
   }
+  // (I - K H) P (I - K H)' + K R K' of the Joseph form, which for the optimal gain is a sum of
+  // terms that cannot be negative.
   const double p = state.position_variance;
-  next.position_variance = square(1 - k) * p + square(k) * r;
-  next.covariance = (1 - k) * (state.covariance - g * p) + k * g * r;
-  next.velocity_variance = state.velocity_variance - 2 * g * state.covariance + square(g) * (p + r);
+  const double kept = r / innovation;
+  next.position_variance = p * kept;
+  next.covariance = state.covariance * kept;
+  next.velocity_variance = conditional_variance(state) + square(state.covariance) / p * kept;
   return next;
 }
 
 KalmanState KalmanFilter::smooth(const KalmanState& state, int frames,
                                  const KalmanState& later) const {
   const KalmanState predicted = predict(state, frames);
-  const double determinant =
-      predicted.position_variance * predicted.velocity_variance - square(predicted.covariance);
+  const double determinant = predicted.position_variance * conditional_variance(predicted);
   // Gain P F' Pp^-1; F' takes (position, velocity) covariances n frames on.
   const double n = frames;
   const double pp = state.position_variance + n * state.covariance;

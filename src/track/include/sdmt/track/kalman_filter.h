@@ -41,7 +41,7 @@ class KalmanFilter {
   KalmanState start(const Cxcywh& box) const;
   /// The state `frames` >= 0 frames later.
   KalmanState predict(const KalmanState& state, int frames = 1) const;
-  /// The state after seeing `box`. Joseph form: the covariance stays positive definite.
+  /// The state after seeing `box`. The covariance stays positive definite (Joseph form).
   KalmanState update(const KalmanState& state, const Cxcywh& box) const;
   /// One step of the Rauch-Tung-Striebel smoother: `state` improved by knowing what `frames` later
   /// turned out to be `later`.
