@@ -7,8 +7,9 @@
 #include <stdexcept>
 
 #include "command.h"
-#include "evaluation.h"
-#include "event_report.h"
+#include "evaluation/evaluation.h"
+#include "evaluation/evaluation_report.h"
+#include "evaluation/event_report.h"
 #include "sdmt/nn/output_file.h"
 
 namespace sdmt::tools {
@@ -29,6 +30,7 @@ struct EvaluateOptions {
   bool explain = false;
   eval::EventOptions events;
   std::string render;
+  std::string report;
 };
 
 // Sequence folders by name; two of one name could not be told apart in a folder of results.
@@ -136,6 +138,10 @@ void run(const EvaluateOptions& options) {
     }
   }
   if (!options.json.empty()) nn::write_text_file(options.json, json.dump(1) + "\n");
+  if (!options.report.empty()) {
+    const auto what = fmt::format("{}", fmt::join(options.results, ", "));
+    nn::write_text_file(options.report, evaluation_html(evaluation, what, options.events));
+  }
   if (!options.csv.empty()) nn::write_text_file(options.csv, to_csv(evaluation));
 }
 
@@ -181,6 +187,10 @@ void add_evaluate_command(CLI::App& app) {
                    "Draw the frames in which such events start into this folder (sequences "
                    "with images)")
       ->type_name("DIR");
+  command
+      ->add_option("--report", options->report,
+                   "Write a self-contained HTML page with tables, plots and the tracks over time")
+      ->type_name("FILE");
   command->callback([options] { run(*options); });
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "event_report.h"
+#include "evaluation/event_report.h"
 
 #include <fmt/format.h>
 
@@ -23,21 +23,6 @@ namespace {
 
 const cv::Scalar kFound(90, 170, 60), kMissed(0, 140, 255), kResult(230, 140, 40),
     kEvent(40, 40, 230), kInk(255, 255, 255);
-
-std::string describe(const TrackingEvent& event) {
-  switch (event.kind) {
-    case EventKind::id_switch:
-      return fmt::format("{} -> {}, {} after the last match{}", event.previous_result_id,
-                         event.result_id,
-                         event.boxes == 1 ? "1 frame" : fmt::format("{} frames", event.boxes),
-                         event.after_absence ? ", back after an absence" : "");
-    case EventKind::long_miss:
-      return fmt::format("{} of its {} boxes", event.boxes, event.track_boxes);
-    case EventKind::false_track:
-      return fmt::format("{} of its {} boxes match nobody", event.boxes, event.track_boxes);
-  }
-  throw std::logic_error("no such kind of event");
-}
 
 std::string id_text(int id) { return id < 0 ? "" : std::to_string(id); }
 
@@ -128,17 +113,35 @@ int draw_sequence(const SequenceEvents& each, const fs::path& folder) {
 
 }  // namespace
 
+std::string describe(const TrackingEvent& event) {
+  switch (event.kind) {
+    case EventKind::id_switch:
+      return fmt::format("{} -> {}, {} after the last match{}", event.previous_result_id,
+                         event.result_id,
+                         event.boxes == 1 ? "1 frame" : fmt::format("{} frames", event.boxes),
+                         event.after_absence ? ", back after an absence" : "");
+    case EventKind::long_miss:
+      return fmt::format("{} of its {} boxes", event.boxes, event.track_boxes);
+    case EventKind::false_track:
+      return fmt::format("{} of its {} boxes match nobody", event.boxes, event.track_boxes);
+  }
+  throw std::logic_error("no such kind of event");
+}
+
+std::string frames_text(const TrackingEvent& event) {
+  return event.first_frame == event.last_frame
+             ? std::to_string(event.first_frame)
+             : fmt::format("{}-{}", event.first_frame, event.last_frame);
+}
+
 std::string to_text(std::span<const SequenceEvents> sequences) {
   TextTable table({"sequence", "frames", "event", "person", "result", "box", "what"}, {2, 6});
   for (const auto& each : sequences) {
     for (const auto& event : each.events) {
       const auto& box = event.box;
-      const auto frames = event.first_frame == event.last_frame
-                              ? std::to_string(event.first_frame)
-                              : fmt::format("{}-{}", event.first_frame, event.last_frame);
       table.add_row(
-          {each.sequence->prepared.name, frames, std::string(eval::to_string(event.kind)),
-           id_text(event.gt_id), id_text(event.result_id),
+          {each.sequence->prepared.name, frames_text(event),
+           std::string(eval::to_string(event.kind)), id_text(event.gt_id), id_text(event.result_id),
            fmt::format("{:.0f},{:.0f},{:.0f},{:.0f}", box.left, box.top, box.width, box.height),
            describe(event)});
     }

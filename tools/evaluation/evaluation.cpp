@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "evaluation.h"
+#include "evaluation/evaluation.h"
 
 #include <fmt/format.h>
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "evaluation.h"
+#include "evaluation/evaluation.h"
 #include "sdmt/eval/events.h"
 
 namespace sdmt::tools {
@@ -17,6 +17,11 @@ struct SequenceEvents {
   const SequenceEvaluation* sequence = nullptr;
   std::vector<eval::TrackingEvent> events;
 };
+
+/// What happened, in a few words: "12 -> 30, 1 frame after the last match".
+std::string describe(const eval::TrackingEvent& event);
+/// "123" or "123-140".
+std::string frames_text(const eval::TrackingEvent& event);
 
 /// A line an event: frames, kind, ids, box and what happened.
 std::string to_text(std::span<const SequenceEvents> sequences);
