@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detection_boosting.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "scene.h"
+
+namespace sdmt::track {
+namespace {
+
+class Boosting : public ::testing::Test {
+ protected:
+  Boosting() { appearance_.people = {{{100, 100, 40, 90}, 3}}; }
+
+  Tracklet& add_tracklet(const Tlwh& predicted, const Tlwh& seen, int length = 6) {
+    auto tracklet = std::make_unique<Tracklet>(static_cast<int>(active_.size()) + 1, 1, options_);
+    const Cxcywh centre = to_cxcywh(predicted);
+    tracklet->state.mean = {centre.cx, centre.cy, centre.width, centre.height};
+    Embeddings state;
+    appearance_.embed(image_, std::vector{seen}, state);
+    tracklet->gallery.add(state.row(0));
+    for (int i = 0; i < length; ++i) tracklet->confidence.add(0.9, 0);
+    appearance_.calls = 0;
+    active_.push_back(std::move(tracklet));
+    return *active_.back();
+  }
+
+  int boost(int frame = 10) {
+    return boosting_.boost(frame, image_, appearance_, active_, matches_, detections_);
+  }
+
+  TrackerOptions options_;
+  test::FakeAppearance appearance_;
+  nn::ImageView image_ = test::blank();
+  DetectionBoosting boosting_{options_, 0.6};
+  Tracklets active_;
+  std::vector<Match> matches_;
+  FrameDetections detections_;
+};
+
+TEST_F(Boosting, FindsThePersonNearThePrediction) {
+  add_tracklet({108, 91, 40, 90}, {100, 100, 40, 90});  // 0.2 widths and 0.1 heights off
+  EXPECT_EQ(boost(), 1);
+  ASSERT_EQ(detections_.size(), 1u);
+  EXPECT_NEAR(iou(detections_.boxes[0], {100, 100, 40, 90}), 1, 1e-9);
+  EXPECT_TRUE(detections_.flags[0].boosted && detections_.flags[0].strong);
+  EXPECT_TRUE(detections_.flags[0].embedded);
+  EXPECT_EQ(boosting_.candidates(), 7u * 7 * 3);
+  EXPECT_EQ(appearance_.calls, 1);
+}
+
+TEST_F(Boosting, AllCandidatesGoThroughTheNetworkAtOnce) {
+  add_tracklet({100, 100, 40, 90}, {100, 100, 40, 90});
+  add_tracklet({500, 100, 40, 90}, {100, 100, 40, 90});
+  boost();
+  EXPECT_EQ(appearance_.calls, 1);
+  EXPECT_EQ(boosting_.candidates(), 2u * 147);
+}
+
+TEST_F(Boosting, LeavesOthersAlone) {
+  EXPECT_EQ(boost(), 0);                                    // no tracklets
+  add_tracklet({100, 100, 40, 90}, {100, 100, 40, 90}, 5);  // too short to be positive
+  EXPECT_EQ(boost(), 0);
+  active_.clear();
+  add_tracklet({100, 100, 40, 90}, {100, 100, 40, 90});
+  matches_ = {{0, 0, 1}};  // has a detection
+  EXPECT_EQ(boost(), 0);
+  matches_.clear();
+  active_[0]->boosted_frame = 9;  // boosted in the frame before
+  EXPECT_EQ(boost(10), 0);
+  EXPECT_EQ(boost(11), 1);
+}
+
+TEST_F(Boosting, TakesNobodyWhoLooksDifferent) {
+  add_tracklet({100, 100, 40, 90}, {100, 100, 40, 90});
+  appearance_.people = {{{100, 100, 40, 90}, 5}};
+  EXPECT_EQ(boost(), 0);
+  EXPECT_EQ(detections_.size(), 0u);
+}
+
+TEST_F(Boosting, YieldsToDetectionsAndToBetterBoostedBoxes) {
+  add_tracklet({108, 100, 40, 90}, {100, 100, 40, 90});
+  FrameDetections::Flags strong;
+  strong.strong = true;
+  detections_.add({102, 102, 40, 90}, 0.7, strong);
+  detections_.add({800, 102, 40, 90}, 0.7, strong);
+  detections_.add({803, 102, 40, 90}, 0.6, strong);
+  EXPECT_EQ(boost(), 0);
+  ASSERT_EQ(detections_.size(), 4u);
+  EXPECT_FALSE(detections_.flags[0].dropped || detections_.flags[1].dropped);
+  EXPECT_TRUE(detections_.flags[2].dropped);  // a duplicate among the detections
+  EXPECT_TRUE(detections_.flags[3].dropped);
+
+  detections_.clear();
+  add_tracklet({100, 109, 40, 90}, {100, 100, 40, 90});
+  add_tracklet({400, 100, 40, 90}, {100, 100, 40, 90});
+  appearance_.people.push_back({{400, 100, 40, 90}, 3});
+  EXPECT_EQ(boost(), 2);  // the two on the same person become one
+}
+
+TEST_F(Boosting, StaysInsideTheImage) {
+  image_ = test::blank(120, 150);
+  add_tracklet({100, 100, 40, 90}, {100, 100, 40, 90});
+  boost();
+  for (const Tlwh& box : detections_.boxes) {
+    EXPECT_LE(box.left + box.width, 121);
+    EXPECT_LE(box.top + box.height, 151);
+  }
+  image_ = test::blank(1, 1);
+  detections_.clear();
+  EXPECT_EQ(boost(), 0);  // the prediction is nowhere near a one-pixel image
+}
+
+}  // namespace
+}  // namespace sdmt::track

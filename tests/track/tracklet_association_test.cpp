@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tracklet_association.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace sdmt::track {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::Pair;
+
+class Association : public ::testing::Test {
+ protected:
+  // A tracklet that walks right by 2 pixels a frame and looks like a direction.
+  Tracklet& add(int id, int first_frame, int last_frame, double first_left, double degrees = 0) {
+    auto tracklet = std::make_unique<Tracklet>(id, first_frame, options_);
+    tracklet->first_box = {first_left + 20, 100, 40, 90};
+    tracklet->last_frame = tracklet->state_frame = last_frame;
+    tracklet->state.mean = {first_left + 20 + 2.0 * (last_frame - first_frame), 100, 40, 90};
+    tracklet->state.velocity = {2, 0, 0, 0};
+    tracklet->misses = 1;
+    const double angle = degrees * 3.14159265358979 / 180;
+    tracklet->gallery.add(std::vector<float>{static_cast<float>(std::cos(angle)),
+                                             static_cast<float>(std::sin(angle))});
+    tracklets_.push_back(std::move(tracklet));
+    return *tracklets_.back();
+  }
+
+  // The merges (older, newer), by the ids before the run.
+  std::vector<std::pair<int, int>> run(bool by_appearance = true, double threshold = 0.8) {
+    TrackletAssociation association(options_, by_appearance, threshold);
+    decisions_.clear();
+    association.observer = [this](const AssociationDecision& decision) {
+      decisions_.push_back(decision);
+    };
+    std::vector<Tracklet*> all;
+    for (const auto& tracklet : tracklets_) all.push_back(tracklet.get());
+    std::vector<std::pair<int, int>> merges;
+    association.run(200, all, [&](Tracklet& older, Tracklet& newer) {
+      merges.emplace_back(older.id, newer.id);
+      newer.id = older.id;
+      newer.first_frame = older.first_frame;
+      newer.first_box = older.first_box;
+      newer.gallery.prepend(older.gallery);
+    });
+    return merges;
+  }
+
+  AssociationVerdict verdict(int older, int newer) const {
+    for (const auto& decision : decisions_) {
+      if (decision.older == older && decision.newer == newer) return decision.verdict;
+    }
+    ADD_FAILURE() << "no decision about " << older << " and " << newer;
+    return {};
+  }
+
+  TrackerOptions options_;
+  std::vector<std::unique_ptr<Tracklet>> tracklets_;
+  std::vector<AssociationDecision> decisions_;
+};
+
+TEST_F(Association, JoinsWhatFitsInTimePlaceAndLook) {
+  add(1, 1, 20, 0);
+  add(2, 40, 60, 80);  // the prediction for frame 40 is at 78
+  EXPECT_THAT(run(), ElementsAre(Pair(1, 2)));
+  EXPECT_EQ(verdict(1, 2), AssociationVerdict::merged);
+  EXPECT_NEAR(decisions_[0].affinity, 1, 1e-6);
+  EXPECT_EQ(decisions_[0].gap, 20);
+  EXPECT_EQ(decisions_[0].frame, 200);
+}
+
+TEST_F(Association, SaysWhyNot) {
+  add(1, 1, 20, 0);
+  add(2, 40, 60, 80, 45);
+  EXPECT_THAT(run(), IsEmpty());
+  EXPECT_EQ(verdict(1, 2), AssociationVerdict::appearance);
+  EXPECT_NEAR(decisions_[0].affinity, 1 - 2 * std::sin(22.5 * 3.14159265358979 / 180), 1e-5);
+  tracklets_.clear();
+  add(1, 1, 20, 0);
+  add(2, 40, 60, 78 + 40.001);  // boxes are 40 wide: they just miss each other
+  EXPECT_THAT(run(), IsEmpty());
+  EXPECT_EQ(verdict(1, 2), AssociationVerdict::no_overlap);
+  tracklets_[1]->first_box.cx -= 0.002;
+  EXPECT_THAT(run(), ElementsAre(Pair(1, 2)));
+  tracklets_.clear();
+  add(1, 1, 20, 0);
+  add(2, 40, 60, 80).gallery = AppearanceGallery(20, GallerySelection::spread);
+  EXPECT_THAT(run(), IsEmpty());
+  EXPECT_EQ(verdict(1, 2), AssociationVerdict::no_feature);
+}
+
+TEST_F(Association, NeedsAGapWithinTheHorizon) {
+  options_.max_misses = 2;
+  options_.association_horizon = 90;
+  for (const auto& [first, joined] : std::vector<std::pair<int, bool>>{
+           {19, false}, {20, false}, {21, true}, {112, true}, {113, false}}) {
+    tracklets_.clear();
+    add(1, 1, 20, 0);
+    add(2, first, first + 10, 2.0 * (first - 1));
+    EXPECT_EQ(run().size(), joined ? 1u : 0u) << first;
+  }
+  // A tracklet that has its detection in this frame is not lost.
+  tracklets_.clear();
+  add(1, 1, 20, 0).misses = 0;
+  add(2, 40, 60, 80);
+  EXPECT_THAT(run(), IsEmpty());
+}
+
+TEST_F(Association, TakesTheBestPairFirstAndJudgesAnew) {
+  // Both older ones fit the newer one; the second looks more alike.
+  add(1, 1, 20, 0, 8);
+  add(2, 1, 20, 4, 4);
+  add(3, 40, 60, 80, 0);
+  EXPECT_THAT(run(), ElementsAre(Pair(2, 3)));
+  EXPECT_EQ(verdict(1, 3), AssociationVerdict::better_pair);
+  tracklets_.clear();
+  add(1, 1, 20, 0, 8);
+  add(2, 1, 20, 4, 4);
+  add(3, 40, 60, 80, 0);
+  options_.literal_association = true;
+  EXPECT_THAT(run(), ElementsAre(Pair(1, 3)));
+}
+
+TEST_F(Association, ChainsPieces) {
+  add(1, 1, 20, 0);
+  add(2, 40, 60, 80, 5);
+  add(3, 80, 100, 160);
+  // 1 and 3 are too far apart in time only through 2's frames: 1-3 is a candidate too, and the best
+  // pair by look. Then 2 fits no gap any more.
+  EXPECT_THAT(run(), ElementsAre(Pair(1, 3)));
+  tracklets_.clear();
+  add(1, 1, 20, 0, 5);
+  add(2, 40, 60, 80, 5);
+  add(3, 80, 100, 160, 0);
+  EXPECT_THAT(run(), ElementsAre(Pair(1, 2), Pair(1, 3)));
+}
+
+TEST_F(Association, ByMotionTheNearestWins) {
+  add(1, 1, 20, 0, 0);
+  add(2, 1, 20, 6, 90);
+  add(3, 40, 60, 82, 0);  // predictions: 78 and 84
+  EXPECT_THAT(run(false), ElementsAre(Pair(2, 3)));
+  EXPECT_TRUE(std::isnan(decisions_[0].affinity));
+}
+
+TEST_F(Association, TiesGoToTheLowestIds) {
+  add(1, 1, 20, 0);
+  add(2, 1, 20, 0);
+  add(3, 40, 60, 78);
+  add(4, 40, 60, 78);
+  EXPECT_THAT(run(), ElementsAre(Pair(1, 3), Pair(2, 4)));
+}
+
+}  // namespace
+}  // namespace sdmt::track
