@@ -53,14 +53,14 @@ struct TrackerOptions {
   /// strong.
   double strong_confidence = 0.6;
   /// Motion gate of the weak detections: IoU strictly above, 0..1.
-  double weak_iou = 0.4;
+  double weak_iou = 0.3;
 
   // Motion (section III-D). Noise is in units of the box height, as in DeepSORT.
   double position_noise = 1.0 / 20;   ///< of measurements and, a frame, of the prediction; > 0
-  double velocity_noise = 1.0 / 100;  ///< a frame; > 0
+  double velocity_noise = 1.0 / 80;  ///< a frame; > 0
   double min_iou = 0.3;               ///< tau_m, strictly above; 0..1
   /// Predictions in a row without a detection after which a tracklet is inactive; >= 1.
-  int max_misses = 4;
+  int max_misses = 6;
   /// Further predictions, in frames, for which an inactive tracklet can be associated; >= 0.
   int association_horizon = 90;
 
@@ -87,7 +87,7 @@ struct TrackerOptions {
 
   // Tracklet confidence: a tracklet that misses one of these is negative and not reported.
   int min_length = 6;                ///< tau_l, assigned detections; >= 1
-  double min_mean_confidence = 0.7;  ///< tau_c, mean score of the assigned detections
+  double min_mean_confidence = 0.5;  ///< tau_c, mean score of the assigned detections
   double max_mean_cost = std::numeric_limits<double>::infinity();  ///< mean of 1 - affinity
 
   // Detection boosting (section III-E).
@@ -111,10 +111,9 @@ struct TrackerOptions {
 
   // Output.
   FillGaps fill = FillGaps::all;
-  int max_fill = 30;  ///< longest gap to fill, in missing frames; >= 1
+  int max_fill = 25;  ///< longest gap to fill, in missing frames; >= 1
   ReportBox report = ReportBox::smoothed;
-  double smoothing_position_noise =
-      1.0 / 200;  ///< as position_noise, of the smoother's motion; > 0
+  double smoothing_position_noise = 1.0 / 100;  ///< as position_noise, of the smoother's motion; > 0
   double smoothing_velocity_noise = 1.0 / 320;  ///< as velocity_noise; > 0
   /// Frames between a frame and its output. kAutoDelay: as many as decisions can need, see
   /// auto_delay(). 0: strictly online. kUnlimitedDelay: all output at finish().
