@@ -81,8 +81,10 @@ Configuration front_configuration(const TrainerOptions& options, const TrainingS
 }
 
 // What determines the steps of a training.
-Configuration training_configuration(const TrainerOptions& options, Configuration front) {
+Configuration training_configuration(const TrainerOptions& options, const TrainingSet& data,
+                                     Configuration front) {
   Configuration c = std::move(front);
+  c["validation data"] = std::to_string(data.validation_fingerprint);
   c["iterations"] = std::to_string(options.iterations);
   c["loss"] = options.loss.kind == LossKind::contrastive ? "contrastive" : "triplet";
   c["margin"] = to_text(options.loss.margin);
@@ -342,13 +344,14 @@ Validation Trainer::validate() {
 
 void Trainer::save_checkpoint(const std::filesystem::path& path) {
   run_->network.store();
-  write_checkpoint(path, run_->model, training_configuration(run_->options, run_->front),
+  write_checkpoint(path, run_->model,
+                   training_configuration(run_->options, run_->data, run_->front),
                    run_->checkpoint());
 }
 
 void Trainer::load_checkpoint(const std::filesystem::path& path) {
   Checkpoint checkpoint = run_->checkpoint();
-  read_checkpoint(path, training_configuration(run_->options, run_->front), checkpoint);
+  read_checkpoint(path, training_configuration(run_->options, run_->data, run_->front), checkpoint);
   run_->iteration = checkpoint.iteration;
   run_->best_iteration = checkpoint.best_iteration;
   run_->best_scores = checkpoint.best_scores;

@@ -33,6 +33,17 @@ void hash(std::uint64_t& state, std::string_view text) {
   state = (state ^ 0xFF) * 0x100000001b3ULL;  // so that "ab","c" is not "a","bc"
 }
 
+// Adds the names of one folder's files, in order, to a fingerprint; returns their number.
+std::size_t hash_files(const People& people, std::uint64_t& state) {
+  std::size_t count = 0;
+  for (const auto& [pid, list] : people) {
+    for (const auto& image : list) hash(state, image.path.filename().string());
+    count += list.size();
+  }
+  hash(state, "end of folder");
+  return count;
+}
+
 // Moves `count` people drawn by the seed out of `people`.
 People hold_out(People& people, int count, std::uint64_t seed, int source) {
   std::vector<int> pids;
@@ -160,7 +171,6 @@ void TrainingSetOptions::validate() const {
 TrainingSet load_training_set(const TrainingSetOptions& options) {
   options.validate();
   TrainingSet set;
-  set.fingerprint = 0xcbf29ce484222325ULL;
   std::vector<People> training;
   std::vector<std::pair<std::string, People>> validation;
   std::size_t total = 0;
@@ -173,22 +183,14 @@ TrainingSet load_training_set(const TrainingSetOptions& options) {
       auto held = hold_out(people, options.holdout_identities, options.seed, source);
       validation.emplace_back(set.sources.back() + " (held out)", std::move(held));
     }
-    for (const auto& [pid, list] : people) {
-      total += list.size();
-      for (const auto& image : list) hash(set.fingerprint, image.path.filename().string());
-    }
-    hash(set.fingerprint, "end of folder");
+    total += hash_files(people, set.fingerprint);
   }
   for (const auto& root : options.validation_folders) {
     validation.emplace_back(set_name(root), by_person(list_validation_images(root)));
   }
   for (auto& [name, people] : validation) {
     people = thin(std::move(people), options.max_validation_images);
-    for (const auto& [pid, list] : people) {
-      total += list.size();
-      for (const auto& image : list) hash(set.fingerprint, image.path.filename().string());
-    }
-    hash(set.fingerprint, "end of validation set");
+    total += hash_files(people, set.validation_fingerprint);
   }
 
   Decoder decoder(total);

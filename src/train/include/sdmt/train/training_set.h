@@ -34,8 +34,10 @@ struct TrainingSet {
   std::vector<std::string> sources;  ///< names of the folders
   std::vector<ValidationSet> validation;
   std::vector<std::filesystem::path> unreadable;  ///< left out
-  /// Tells two sets of files apart: a hash of names and identities in order.
-  std::uint64_t fingerprint = 0;
+  /// Hashes of the file names in order, which tell one choice of data from another.
+  std::uint64_t fingerprint = kEmptyFingerprint;
+  std::uint64_t validation_fingerprint = kEmptyFingerprint;
+  static constexpr std::uint64_t kEmptyFingerprint = 0xcbf29ce484222325ULL;
 };
 
 struct TrainingSetOptions {
