@@ -34,9 +34,9 @@ std::vector<std::string> names(const std::vector<ReidImage>& images) {
 TEST(Market1501, ReadsNamesAsPublished) {
   const TemporaryData data;
   // The names of the data set itself, with the Windows thumbnails that it really contains.
-  for (const char* name : {"1501_c6s4_001902_01.jpg", "0002_c1s1_000451_03.jpg",
-                           "-1_c3s1_000001_02.jpg", "0000_c1s1_000151_01.jpg", "Thumbs.db",
-                           "0002_c2s1_000301_01.PNG", "0007_c3.jpeg"}) {
+  for (const char* name :
+       {"1501_c6s4_001902_01.jpg", "0002_c1s1_000451_03.jpg", "-1_c3s1_000001_02.jpg",
+        "0000_c1s1_000151_01.jpg", "Thumbs.db", "0002_c2s1_000301_01.PNG", "0007_c3.jpeg"}) {
     data.touch(name);
   }
   const auto images = list_reid_images(data.path());
