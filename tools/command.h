@@ -15,5 +15,6 @@ void add_evaluate_command(CLI::App& app);
 void add_synth_reid_command(CLI::App& synth);
 void add_synth_scene_command(CLI::App& synth);
 void add_train_embedder_command(CLI::App& app);
+void add_track_command(CLI::App& app);
 
 }  // namespace sdmt::tools

@@ -28,6 +28,7 @@ constexpr int kBadInput = 2;
 void add_commands(CLI::App& app) {
   add_evaluate_command(app);
   add_train_embedder_command(app);
+  add_track_command(app);
   CLI::App* synth = app.add_subcommand("synth", "Make practice data");
   synth->require_subcommand(1);
   add_synth_scene_command(*synth);

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/core.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "command.h"
+#include "peak_memory.h"
+#include "progress.h"
+#include "sdmt/nn/output_file.h"
+#include "sdmt/track/mot_file.h"
+#include "sdmt/track/sequence.h"
+#include "stop_signal.h"
+#include "tracking/file_detections.h"
+#include "tracking/frame_replay.h"
+#include "tracking/hog_detector.h"
+#include "tracking/sequence_runner.h"
+#include "tracking/track_renderer.h"
+#include "tracking/track_writers.h"
+#include "tracking/tracker_arguments.h"
+#include "tracking/video_file.h"
+
+namespace sdmt::tools {
+
+namespace {
+
+constexpr double kUnknownFrameRate = 25;
+
+struct TrackCommand {
+  std::string input;
+  std::string detections;
+  std::string output;
+  std::string jsonl;
+  std::string render;
+  std::string json;
+  std::string explain;
+  bool stats = false;
+  HogOptions hog;
+  TrackerArguments tracker;
+
+  void run() const;
+};
+
+// Draws the finished frames into a video.
+class VideoWriter : public TrackWriter {
+ public:
+  VideoWriter(const std::string& path, const std::string& input, const FrameSource& source)
+      : file_(path, source.frame_rate() > 0 ? source.frame_rate() : kUnknownFrameRate),
+        replay_(input, source) {}
+
+  void add(const Frame& frame) { replay_.add(frame); }
+  void write(const track::FinishedFrame& frame) override {
+    cv::Mat image = replay_.next();
+    renderer_.draw(frame, image);
+    file_.write(image);
+  }
+  void commit() override { file_.commit(); }
+
+ private:
+  VideoFile file_;
+  FrameReplay replay_;
+  TrackRenderer renderer_;
+};
+
+// A CSV line for each decision about two tracklets.
+class Explanation {
+ public:
+  Explanation(const std::string& path, track::Tracker& tracker) : file_(path) {
+    file_.write("frame,older,newer,gap,affinity,verdict\n");
+    tracker.on_association([this](const track::AssociationDecision& decision) {
+      file_.write(fmt::format("{},{},{},{},{:.4f},{}\n", decision.frame, decision.older,
+                              decision.newer, decision.gap, decision.affinity,
+                              track::to_string(decision.verdict)));
+    });
+  }
+  void commit() { file_.commit(); }
+
+ private:
+  nn::OutputFile file_;
+};
+
+std::string report_json(const RunReport& report) {
+  const track::TrackerStats& stats = report.stats;
+  const auto per_frame = [&](double seconds) {
+    return stats.frames > 0 ? 1000 * seconds / static_cast<double>(stats.frames) : 0.0;
+  };
+  const nlohmann::ordered_json json{{"frames", stats.frames},
+                                    {"detections", stats.detections},
+                                    {"tracks", stats.tracks},
+                                    {"hz", report.hz()},
+                                    {"hz_without_embedding", report.hz_without_embedding()},
+                                    {"stage_ms",
+                                     {{"embed", per_frame(stats.embed_seconds)},
+                                      {"predict", per_frame(stats.predict_seconds)},
+                                      {"assign", per_frame(stats.assign_seconds)},
+                                      {"boost", per_frame(stats.boost_seconds)},
+                                      {"associate", per_frame(stats.associate_seconds)},
+                                      {"emit", per_frame(stats.emit_seconds)}}},
+                                    {"embedded", stats.embedded},
+                                    {"peak_rss_mib", peak_rss_mib()},
+                                    {"unreadable_frames", report.unreadable},
+                                    {"suppressed", stats.suppressed},
+                                    {"without_embedding", stats.without_embedding},
+                                    {"tracklets", stats.tracklets},
+                                    {"boosted", stats.boosted},
+                                    {"merges", stats.merges}};
+  return json.dump(2) + "\n";
+}
+
+std::string summary(const RunReport& report) {
+  const track::TrackerStats& stats = report.stats;
+  std::string text = fmt::format("{} frames, {} detections, {} tracks; tracker {:.1f} Hz",
+                                 stats.frames, stats.detections, stats.tracks, report.hz());
+  if (stats.embedded > 0) {
+    text += fmt::format(" ({:.0f} Hz without embedding)", report.hz_without_embedding());
+  }
+  text += fmt::format(", {:.1f} s in all\n", report.total_seconds);
+  if (report.unreadable > 0) text += fmt::format("{} frames were unreadable\n", report.unreadable);
+  return text;
+}
+
+std::string stage_table(const RunReport& report) {
+  const track::TrackerStats& stats = report.stats;
+  const double frames = stats.frames > 0 ? static_cast<double>(stats.frames) : 1;
+  std::string text = "stage       ms/frame\n";
+  const auto line = [&](const char* stage, double seconds) {
+    text += fmt::format("{:<10} {:9.3f}\n", stage, 1000 * seconds / frames);
+  };
+  line("predict", stats.predict_seconds);
+  line("embed", stats.embed_seconds);
+  line("assign", stats.assign_seconds);
+  line("boost", stats.boost_seconds);
+  line("associate", stats.associate_seconds);
+  line("emit", stats.emit_seconds);
+  line("total", report.tracker_seconds());
+  text += fmt::format(
+      "{:.1f} Hz with embedding, {:.1f} Hz without (reading, detecting and drawing excluded)\n",
+      report.hz(), report.hz_without_embedding());
+  text += fmt::format(
+      "{} boxes embedded ({} without a usable crop), {} detections suppressed, "
+      "{} boosted, {} merges, peak memory {:.0f} MiB\n",
+      stats.embedded, stats.without_embedding, stats.suppressed, stats.boosted, stats.merges,
+      peak_rss_mib());
+  return text;
+}
+
+// --detections, or what the input offers.
+std::string chosen_detections(const std::string& detections, const std::string& input) {
+  if (!detections.empty()) return detections;
+  if (!track::Sequence::is_sequence(input)) return "hog";
+  const auto file = track::Sequence::read(input).detections();
+  return std::filesystem::exists(file) ? file.string() : "hog";
+}
+
+void TrackCommand::run() const {
+  if (output.empty() && jsonl.empty() && render.empty() && json.empty() && !stats) {
+    throw std::invalid_argument(
+        "nothing to do: give --output, --jsonl, --render, --json or --stats");
+  }
+  const StopSignal stop;
+  track::TrackerOptions options = tracker.options;
+  options.validate();
+  const auto source = open_frame_source(input);
+  const std::string wanted = chosen_detections(detections, input);
+  const bool hog_wanted = wanted == "hog";
+  if (!source->has_images() && (hog_wanted || tracker.uses_appearance())) {
+    throw std::invalid_argument(fmt::format(
+        "{}: the sequence has no frames, and {} looks at them; {}", input,
+        hog_wanted ? "the people detector" : "appearance",
+        hog_wanted ? "give --detections FILE" : "track by motion with --no-appearance"));
+  }
+  if (!source->has_images() && !render.empty()) {
+    throw std::invalid_argument(input + ": the sequence has no frames to draw on for --render");
+  }
+  const auto warn = [](const std::string& text) {
+    fmt::print(stderr, "sdmt track: warning: {}\n", text);
+  };
+
+  std::unique_ptr<DetectionSource> boxes;
+  if (hog_wanted) {
+    boxes = std::make_unique<HogDetector>(hog);
+    options.calibration.reset();  // its scores are probabilities
+  } else {
+    auto file = track::DetectionFile::read(wanted);
+    if (!file.has_scores() && options.use_scores) {
+      options.use_scores = false;
+      if (file.size() > 0) warn(wanted + ": all scores are equal, taken as certain");
+    }
+    boxes = std::make_unique<FileDetections>(std::move(file));
+  }
+
+  // Everything that can be wrong with the outputs is found before the work begins.
+  std::vector<std::unique_ptr<TrackWriter>> writers;
+  if (!output.empty()) writers.push_back(make_mot_writer(output));
+  if (!jsonl.empty()) writers.push_back(make_jsonl_writer(jsonl));
+  VideoWriter* video = nullptr;
+  if (!render.empty()) {
+    auto writer = std::make_unique<VideoWriter>(render, input, *source);
+    video = writer.get();
+    writers.push_back(std::move(writer));
+  }
+  std::optional<nn::OutputFile> json_file;
+  if (!json.empty()) json_file.emplace(json);
+
+  const auto appearance = tracker.load_appearance();
+  track::Tracker engine(options, appearance.get());
+  std::optional<Explanation> explanation;
+  if (!explain.empty()) explanation.emplace(explain, engine);
+
+  RunReport report;
+  {
+    Progress progress("tracking", source->frame_count(), "frames");
+    RunObservers observers;
+    observers.read = [&](const Frame& frame) {
+      if (video != nullptr) video->add(frame);
+      progress.update(frame.number);
+    };
+    observers.finished = [&](const track::FinishedFrame& frame) {
+      for (const auto& writer : writers) writer->write(frame);
+    };
+    observers.warning = warn;
+    observers.stop = [&] { return stop.requested(); };
+    const bool images =
+        hog_wanted || appearance != nullptr || (video != nullptr && !source->repeatable());
+    report = run_sequence(*source, *boxes, engine, images, observers);
+  }
+  for (const auto& writer : writers) writer->commit();
+  if (explanation) explanation->commit();
+  if (json_file) {
+    json_file->write(report_json(report));
+    json_file->commit();
+  }
+  std::FILE* out = jsonl == "-" ? stderr : stdout;
+  fmt::print(out, "{}", summary(report));
+  if (stats) fmt::print(out, "{}", stage_table(report));
+}
+
+}  // namespace
+
+void add_track_command(CLI::App& app) {
+  auto command = std::make_shared<TrackCommand>();
+  CLI::App* sub =
+      app.add_subcommand("track", "Track pedestrians through a video or image sequence");
+  sub->add_option("input", command->input,
+                  "MOT sequence folder, image folder, video file, camera:N or rtsp:// URL")
+      ->required()
+      ->type_name("INPUT");
+  sub->add_option("--output", command->output, "Tracks as MOTChallenge result rows")
+      ->type_name("FILE");
+  sub->add_option("--detections", command->detections,
+                  "MOT det.txt, or hog: OpenCV's people detector [the sequence's det/det.txt, "
+                  "else hog]")
+      ->type_name("FILE|hog");
+  sub->add_option("--hog-min-height", command->hog.min_person_height,
+                  "Smallest person the people detector looks for, pixels")
+      ->capture_default_str();
+  sub->add_option("--jsonl", command->jsonl, "Finished frames as JSON lines; - for standard output")
+      ->type_name("FILE");
+  sub->add_option("--render", command->render, "Video with the tracks drawn in (.mp4, .mkv, .avi)")
+      ->type_name("FILE");
+  sub->add_option("--json", command->json, "Counts and speed as JSON")->type_name("FILE");
+  sub->add_option("--explain", command->explain,
+                  "CSV of which tracks were joined, and why others were not")
+      ->type_name("FILE");
+  sub->add_flag("--stats", command->stats, "Print milliseconds by stage");
+  add_tracker_arguments(*sub, command->tracker);
+  sub->callback([command] { command->run(); });
+}
+
+}  // namespace sdmt::tools

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tracking/track_writers.h"
+
+#include <fmt/core.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <iterator>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+#include "sdmt/nn/output_file.h"
+#include "sdmt/track/mot_file.h"
+
+namespace sdmt::tools {
+
+namespace {
+
+class MotWriter : public TrackWriter {
+ public:
+  explicit MotWriter(const std::string& path) : file_(path) {}
+
+  void write(const track::FinishedFrame& frame) override {
+    rows_.clear();
+    track::append_results(frame, rows_);
+    for (const track::ResultRow& row : rows_) file_.write(track::format_result(row));
+  }
+  void commit() override { file_.commit(); }
+
+ private:
+  nn::OutputFile file_;
+  std::vector<track::ResultRow> rows_;
+};
+
+std::string jsonl_line(const track::FinishedFrame& frame) {
+  std::string line;
+  const auto out = std::back_inserter(line);
+  fmt::format_to(out, "{{\"frame\":{},\"tracks\":[", frame.frame);
+  const char* separator = "";
+  for (const track::TrackedBox& box : frame.boxes) {
+    fmt::format_to(out,
+                   "{}{{\"id\":{},\"box\":[{:.2f},{:.2f},{:.2f},{:.2f}],\"score\":{:.4g},"
+                   "\"source\":\"{}\"}}",
+                   separator, box.id, box.box.left, box.box.top, box.box.width, box.box.height,
+                   box.score, track::to_string(box.source));
+    separator = ",";
+  }
+  fmt::format_to(out, "],\"merges\":[");
+  separator = "";
+  for (const track::IdMerge& merge : frame.merges) {
+    fmt::format_to(out, "{}{{\"from\":{},\"to\":{}}}", separator, merge.from, merge.to);
+    separator = ",";
+  }
+  fmt::format_to(out, "]}}\n");
+  return line;
+}
+
+class JsonlWriter : public TrackWriter {
+ public:
+  explicit JsonlWriter(const std::string& path) {
+    if (path != "-") file_.emplace(path);
+  }
+
+  void write(const track::FinishedFrame& frame) override {
+    const std::string line = jsonl_line(frame);
+    if (file_) {
+      file_->write(line);
+    } else if (std::fwrite(line.data(), 1, line.size(), stdout) != line.size() ||
+               std::fflush(stdout) != 0) {
+      throw std::runtime_error(std::string("standard output: write failed: ") +
+                               std::strerror(errno));
+    }
+  }
+  void commit() override {
+    if (file_) file_->commit();
+  }
+
+ private:
+  std::optional<nn::OutputFile> file_;  // empty: standard output
+};
+
+}  // namespace
+
+std::unique_ptr<TrackWriter> make_mot_writer(const std::string& path) {
+  return std::make_unique<MotWriter>(path);
+}
+
+std::unique_ptr<TrackWriter> make_jsonl_writer(const std::string& path) {
+  return std::make_unique<JsonlWriter>(path);
+}
+
+}  // namespace sdmt::tools
