@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sdmt/eval/prepare.h"
+#include "sdmt/eval/scores.h"
+#include "sdmt/track/mot_file.h"
+#include "sdmt/track/sequence.h"
+#include "sdmt/track/sort_baseline.h"
+#include "sdmt/track/tracker.h"
+
+// Scores on real sequences, which are not part of the project: skipped where they are absent.
+
+namespace sdmt::track {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kData = SDMT_DATA_DIR;
+
+eval::Scores evaluate(const fs::path& folder, const std::vector<ResultRow>& rows,
+                      eval::Benchmark benchmark) {
+  const auto gt = eval::read_sequence_ground_truth(folder);
+  const auto prepared =
+      eval::prepare_sequence(gt, rows, "results", benchmark, eval::Compat::trackeval);
+  return eval::score(prepared.similarities, eval::Compat::trackeval);
+}
+
+eval::Scores run_tracker(const fs::path& folder, const std::string& detections,
+                         const TrackerOptions& options, eval::Benchmark benchmark) {
+  const auto file = DetectionFile::read(folder / "det" / detections);
+  const int frames = std::max(Sequence::read(folder).length, file.last_frame());
+  Tracker tracker(options);
+  std::vector<ResultRow> rows;
+  for (int frame = 1; frame <= frames; ++frame) {
+    for (const auto& done : tracker.update(file.frame(frame))) append_results(done, rows);
+  }
+  for (const auto& done : tracker.finish()) append_results(done, rows);
+  return evaluate(folder, rows, benchmark);
+}
+
+eval::Scores run_sort(const fs::path& folder) {
+  const auto file = DetectionFile::read(folder / "det" / "det-frcnn.txt");
+  SortTracker tracker;
+  std::vector<ResultRow> rows;
+  for (int frame = 1; frame <= file.last_frame(); ++frame) {
+    append_results(tracker.update(file.frame(frame)), rows);
+  }
+  return evaluate(folder, rows, eval::Benchmark::mot15);
+}
+
+void expect_counts(const eval::Scores& scores, int fp, int fn, int idsw) {
+  EXPECT_EQ(scores.clear.clr_fp, fp);
+  EXPECT_EQ(scores.clear.clr_fn, fn);
+  EXPECT_EQ(scores.clear.idsw, idsw);
+}
+
+#define SKIP_WITHOUT(folder) \
+  if (!fs::exists(folder)) GTEST_SKIP() << (folder) << " is not here"
+
+TEST(PublishedNumbers, SortOnItsOwnDetections) {
+  SKIP_WITHOUT(kData / "mot15");
+  expect_counts(run_sort(kData / "mot15" / "TUD-Campus"), 15, 113, 6);
+  expect_counts(run_sort(kData / "mot15" / "TUD-Stadtmitte"), 22, 295, 10);
+}
+
+// An independent rehearsal of the paper's motion-only rules in Python gave these.
+TEST(PublishedNumbers, ThePaperWithoutAppearanceAndAssociation) {
+  SKIP_WITHOUT(kData / "mot15");
+  TrackerOptions options = TrackerOptions::paper();
+  options.association = false;
+  const auto run = [&](const char* name) {
+    return run_tracker(kData / "mot15" / name, "det-frcnn.txt", options, eval::Benchmark::mot15);
+  };
+  expect_counts(run("TUD-Campus"), 30, 100, 7);
+  expect_counts(run("TUD-Stadtmitte"), 26, 269, 11);
+}
+
+struct Summary {
+  double mota;  ///< over all boxes
+  double idf1;  ///< mean over sequences, weighted by ground-truth boxes
+};
+
+Summary summarise(const std::vector<fs::path>& folders, const std::string& detections,
+                  const TrackerOptions& options, eval::Benchmark benchmark) {
+  std::vector<eval::Scores> all;
+  double sum = 0, boxes = 0;
+  for (const auto& folder : folders) {
+    all.push_back(run_tracker(folder, detections, options, benchmark));
+    sum += all.back().identity.idf1 * static_cast<double>(all.back().count.gt_dets);
+    boxes += static_cast<double>(all.back().count.gt_dets);
+  }
+  return {eval::combine(all, eval::Compat::trackeval).clear.mota, sum / boxes};
+}
+
+std::vector<fs::path> sequences(const fs::path& folder) {
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (Sequence::is_sequence(entry.path())) found.push_back(entry.path());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+// One setting for all sequences; the bars are SORT's and ByteTrack's scores on the same detections.
+TEST(PublishedNumbers, TunedByMotionAloneBeatsSortAndByteTrack) {
+  SKIP_WITHOUT(kData / "mot15");
+  TrackerOptions options;
+  options.calibration = parse_calibration("frcnn");
+  const Summary mot15 =
+      summarise(sequences(kData / "mot15"), "det-frcnn.txt", options, eval::Benchmark::mot15);
+  EXPECT_GE(mot15.mota, 0.56);
+  EXPECT_GE(mot15.idf1, 0.59);
+  options.calibration = parse_calibration("synthetic");
+  const Summary mot16 =
+      summarise(sequences(kData / "mot16"), "det-synthetic.txt", options, eval::Benchmark::mot16);
+  EXPECT_GE(mot16.mota, 0.28);
+  EXPECT_GE(mot16.idf1, 0.388);
+}
+
+}  // namespace
+}  // namespace sdmt::track
