@@ -72,11 +72,10 @@ KalmanState KalmanFilter::update(const KalmanState& state, const Cxcywh& box) co
   return next;
 }
 
-KalmanState KalmanFilter::smooth(const KalmanState& state, int frames,
-                                 const KalmanState& later) const {
+SmootherGain KalmanFilter::smoother_gain(const KalmanState& state, int frames) const {
   const KalmanState predicted = predict(state, frames);
   const double determinant = predicted.position_variance * conditional_variance(predicted);
-  // Gain P F' Pp^-1; F' takes (position, velocity) covariances n frames on.
+  // P F' Pp^-1; F' takes (position, velocity) covariances n frames on.
   const double n = frames;
   const double pp = state.position_variance + n * state.covariance;
   const double pv = state.covariance;
@@ -85,14 +84,18 @@ KalmanState KalmanFilter::smooth(const KalmanState& state, int frames,
   const double a = predicted.velocity_variance / determinant;
   const double b = -predicted.covariance / determinant;
   const double c = predicted.position_variance / determinant;
-  const double g_pp = pp * a + pv * b, g_pv = pp * b + pv * c;
-  const double g_vp = vp * a + vv * b, g_vv = vp * b + vv * c;
+  return {pp * a + pv * b, pp * b + pv * c, vp * a + vv * b, vp * b + vv * c};
+}
+
+KalmanState smooth(const KalmanState& state, int frames, const SmootherGain& gain,
+                   const KalmanState& later) {
   KalmanState smoothed = state;
   for (std::size_t i = 0; i < kSize; ++i) {
-    const double position = later.mean[i] - predicted.mean[i];
-    const double velocity = later.velocity[i] - predicted.velocity[i];
-    smoothed.mean[i] += g_pp * position + g_pv * velocity;
-    smoothed.velocity[i] += g_vp * position + g_vv * velocity;
+    const double position = later.mean[i] - (state.mean[i] + frames * state.velocity[i]);
+    const double velocity = later.velocity[i] - state.velocity[i];
+    smoothed.mean[i] += gain.position_by_position * position + gain.position_by_velocity * velocity;
+    smoothed.velocity[i] +=
+        gain.velocity_by_position * position + gain.velocity_by_velocity * velocity;
   }
   return smoothed;
 }

@@ -33,12 +33,13 @@ OutputRules::OutputRules(const TrackerOptions& options)
 
 void TrackHistory::append(const OutputRules& rules, int frame, const Cxcywh& measured,
                           const Cxcywh& filtered, double score, BoxSource source) {
-  Entry entry{frame, source, false, score, measured, filtered, {}};
+  Entry entry{frame, source, false, score, measured, filtered, {}, {}};
   if (rules.report == ReportBox::smoothed) {
     if (entries_.empty()) {
       entry.forward = rules.smoother.start(measured);
     } else {
-      const Entry& last = entries_.back();
+      Entry& last = entries_.back();
+      last.gain = rules.smoother.smoother_gain(last.forward, frame - last.frame);
       entry.forward =
           rules.smoother.update(rules.smoother.predict(last.forward, frame - last.frame), measured);
     }
@@ -73,7 +74,7 @@ std::optional<TrackedBox> TrackHistory::at(const OutputRules& rules, int frame) 
     TrackedBox box{0, {}, entry.source == BoxSource::detected ? entry.score : 0.0, entry.source};
     switch (rules.report) {
       case ReportBox::smoothed:
-        box.box = to_tlwh(smoothed(rules.smoother, index).box());
+        box.box = to_tlwh(smoothed(index).box());
         break;
       case ReportBox::filtered:
         box.box = to_tlwh(entry.filtered);
@@ -97,12 +98,15 @@ TrackedBox TrackHistory::interpolated(const OutputRules& rules, std::size_t befo
   const double t = static_cast<double>(frame - a.frame) / (b.frame - a.frame);
   Cxcywh box;
   switch (rules.report) {
-    case ReportBox::smoothed:
-      box = rules.smoother
-                .smooth(rules.smoother.predict(a.forward, frame - a.frame), b.frame - frame,
-                        smoothed(rules.smoother, before + 1))
+    case ReportBox::smoothed: {
+      const KalmanState hidden = rules.smoother.predict(a.forward, frame - a.frame);
+      const int rest = b.frame - frame;
+      box = smooth(hidden, rest, rules.smoother.smoother_gain(hidden, rest), smoothed(before + 1))
                 .box();
+      box.width = std::max(box.width, KalmanFilter::kMinimumSize);
+      box.height = std::max(box.height, KalmanFilter::kMinimumSize);
       break;
+    }
     case ReportBox::filtered:
       box = between(a.filtered, b.filtered, t);
       break;
@@ -113,11 +117,11 @@ TrackedBox TrackHistory::interpolated(const OutputRules& rules, std::size_t befo
   return {0, to_tlwh(box), 0.0, BoxSource::interpolated};
 }
 
-KalmanState TrackHistory::smoothed(const KalmanFilter& smoother, std::size_t entry) const {
+KalmanState TrackHistory::smoothed(std::size_t entry) const {
   KalmanState state = entries_.back().forward;
   for (std::size_t i = entries_.size() - 1; i > entry; --i) {
-    state =
-        smoother.smooth(entries_[i - 1].forward, entries_[i].frame - entries_[i - 1].frame, state);
+    const Entry& before = entries_[i - 1];
+    state = smooth(before.forward, entries_[i].frame - before.frame, before.gain, state);
   }
   // Smoothing is linear and knows nothing of sizes: keep them above zero.
   state.mean[2] = std::max(state.mean[2], KalmanFilter::kMinimumSize);

@@ -49,9 +49,10 @@ class TrackHistory {
     Cxcywh measured;
     Cxcywh filtered;
     KalmanState forward;
+    SmootherGain gain;  // from the next entry, set when that comes
   };
 
-  KalmanState smoothed(const KalmanFilter& smoother, std::size_t entry) const;
+  KalmanState smoothed(std::size_t entry) const;
   TrackedBox interpolated(const OutputRules& rules, std::size_t before, int frame) const;
 
   std::vector<Entry> entries_;

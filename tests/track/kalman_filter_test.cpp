@@ -62,7 +62,8 @@ TEST(KalmanFilter, AgreesWithTheMatrixForm) {
   }
   KalmanState smoothed = states.back();
   for (std::size_t i = rows.size() - 1; i > 0; --i) {
-    smoothed = filter.smooth(states[i - 1], rows[i].frames, smoothed);
+    smoothed = smooth(states[i - 1], rows[i].frames,
+                      filter.smoother_gain(states[i - 1], rows[i].frames), smoothed);
     expect_state(smoothed, rows[i - 1].smoothed, "smoothed " + std::to_string(i - 1));
   }
 }

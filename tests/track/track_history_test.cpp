@@ -130,7 +130,7 @@ TEST(TrackHistory, SmoothingRemovesNoise) {
     before += std::abs(to_cxcywh(history.at(raw, frame)->box).cx - walker(frame).cx);
     after += std::abs(to_cxcywh(history.at(smooth, frame)->box).cx - walker(frame).cx);
   }
-  EXPECT_LT(after, 0.5 * before);
+  EXPECT_LT(after, 0.4 * before);
 }
 
 TEST(TrackHistory, SmoothedSizesStayPositive) {

@@ -20,6 +20,12 @@ struct KalmanState {
   Cxcywh box() const { return {mean[0], mean[1], mean[2], mean[3]}; }
 };
 
+/// Gain of one step of the Rauch-Tung-Striebel smoother.
+struct SmootherGain {
+  double position_by_position = 0, position_by_velocity = 0;
+  double velocity_by_position = 0, velocity_by_velocity = 0;
+};
+
 /// Standard deviations in units of the box height (section III-D of the paper names a constant
 /// velocity filter; state and proportional noise are DeepSORT's, with width instead of aspect
 /// ratio, which a box without height cannot divide by zero).
@@ -43,13 +49,17 @@ class KalmanFilter {
   KalmanState predict(const KalmanState& state, int frames = 1) const;
   /// The state after seeing `box`. The covariance stays positive definite (Joseph form).
   KalmanState update(const KalmanState& state, const Cxcywh& box) const;
-  /// One step of the Rauch-Tung-Striebel smoother: `state` improved by knowing what `frames` later
-  /// turned out to be `later`.
-  KalmanState smooth(const KalmanState& state, int frames, const KalmanState& later) const;
+  /// How much of a surprise `frames` after `state` goes back into it.
+  SmootherGain smoother_gain(const KalmanState& state, int frames) const;
 
  private:
   Noise noise_;
 };
+
+/// One step of the Rauch-Tung-Striebel smoother: mean and velocity of `state` improved by knowing
+/// what they turned out to be `frames` later. The variances stay those of `state`.
+KalmanState smooth(const KalmanState& state, int frames, const SmootherGain& gain,
+                   const KalmanState& later);
 
 /// The box `frames` later (or earlier, below 0) with constant velocity of the centre and the size
 /// as it is: a size velocity kept over 90 frames explodes or turns negative.
