@@ -27,6 +27,10 @@ constexpr int kBadInput = 2;
 
 void add_commands(CLI::App& app) {
   add_evaluate_command(app);
+  add_embed_command(app);
+  add_init_model_command(app);
+  add_inspect_command(app);
+  add_bench_command(app);
   add_train_embedder_command(app);
   add_track_command(app);
   CLI::App* synth = app.add_subcommand("synth", "Make practice data");

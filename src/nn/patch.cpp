@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace sdmt::nn {
@@ -15,19 +16,44 @@ constexpr int kChannels = 3;
 constexpr int kSmallestSide = 2;          // pixels
 constexpr double kSmallestVisible = 0.1;  // share of the rectangle's area
 
-// Where an output pixel of a stretch from `from` to `to` pixels takes its value: between source
-// pixels low and high, `weight` of the way.
+// Bilinear stretching of 8-bit pictures in the fixed point of cv2.resize, so that our patches have
+// the very pixels that a Python pipeline sees: weights are multiples of 1 / 2048, a stretched row
+// keeps 7 bits below the point, and what rows are mixed from is cut to 2 bits before it is rounded.
+constexpr float kWeightOne = 2048.0F;
+
+// Where an output pixel of a stretch from `from` to `to` pixels takes its value: source pixels low
+// and high (which may be the same at an edge) with their weights.
 struct Tap {
   int low;
   int high;
-  float weight;
+  std::int16_t low_weight;
+  std::int16_t high_weight;
 };
 
-Tap tap(int i, int from, int to) {
-  const double position = (i + 0.5) * from / to - 0.5;  // half-pixel centres
-  const int low = static_cast<int>(std::floor(position));
-  return {std::clamp(low, 0, from - 1), std::clamp(low + 1, 0, from - 1),
-          static_cast<float>(position - low)};
+Tap make_tap(int low, int high, float fraction) {
+  return {low, high, static_cast<std::int16_t>(std::lrint((1.0F - fraction) * kWeightOne)),
+          static_cast<std::int16_t>(std::lrint(fraction * kWeightOne))};
+}
+
+// Position of output pixel i in the source, in whole pixels and a fraction; pixel centres are half
+// a pixel from the edges.
+std::pair<int, float> source_position(int i, int from, int to) {
+  const double scale = 1.0 / (static_cast<double>(to) / from);
+  const auto position = static_cast<float>((i + 0.5) * scale - 0.5);
+  const auto whole = static_cast<int>(std::floor(position));
+  return {whole, position - static_cast<float>(whole)};
+}
+
+Tap column_tap(int i, int from, int to) {
+  const auto [low, fraction] = source_position(i, from, to);
+  if (low < 0) return make_tap(0, 0, 0.0F);
+  if (low >= from - 1) return make_tap(from - 1, from - 1, 0.0F);
+  return make_tap(low, low + 1, fraction);
+}
+
+Tap row_tap(int i, int from, int to) {
+  const auto [low, fraction] = source_position(i, from, to);
+  return make_tap(std::clamp(low, 0, from - 1), std::clamp(low + 1, 0, from - 1), fraction);
 }
 
 }  // namespace
@@ -58,55 +84,55 @@ bool extract_patch(const ImageView& image, const PixelRect& rect,
   const auto region = visible_region(image.width, image.height, rect);
   if (!region) return false;
 
-  // out = value * scale + offset, channel by channel in the order of the output.
-  std::array<float, kChannels> scale{};
-  std::array<float, kChannels> offset{};
-  std::array<int, kChannels> source{};  // channel of the image
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    scale[c] = 1.0F / (255.0F * preprocessing.std[c]);
-    offset[c] = -preprocessing.mean[c] / preprocessing.std[c];
-    const int channel = static_cast<int>(c);
-    source[c] = image.order == preprocessing.order ? channel : kChannels - 1 - channel;
-  }
-
-  const int width = preprocessing.width;
-  const int height = preprocessing.height;
-  std::vector<Tap> columns(static_cast<std::size_t>(width));
-  for (int x = 0; x < width; ++x) {
-    Tap& column = columns[static_cast<std::size_t>(x)] = tap(x, region->width(), width);
+  const auto width = static_cast<std::size_t>(preprocessing.width);
+  const std::size_t row_size = width * kChannels;
+  // Channel of the image for each channel of the output.
+  std::array<int, kChannels> source{0, 1, 2};
+  if (image.order != preprocessing.order) source = {2, 1, 0};
+  // (v / 255 - mean) / std as v * scale + offset, for each value of an output row.
+  std::vector<float> scale(row_size);
+  std::vector<float> offset(row_size);
+  std::vector<Tap> columns;
+  for (std::size_t x = 0; x < width; ++x) {
+    Tap column = column_tap(static_cast<int>(x), region->width(), preprocessing.width);
     column.low *= kChannels;
     column.high *= kChannels;
+    columns.push_back(column);
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      scale[x * kChannels + c] = 1.0F / (255.0F * preprocessing.std[c]);
+      offset[x * kChannels + c] = -preprocessing.mean[c] / preprocessing.std[c];
+    }
   }
 
   const std::uint8_t* origin = image.data + region->top * image.stride +
                                static_cast<std::ptrdiff_t>(region->left) * kChannels;
-  // A source row serves several output rows: stretched and normalised once, kept for two rows.
-  const std::size_t row_size = static_cast<std::size_t>(width) * kChannels;
-  std::vector<float> kept(2 * row_size);
+  // A source row serves several output rows: it is stretched once, and the last two are kept.
+  std::vector<std::int16_t> kept(2 * row_size);
   std::array<int, 2> kept_row{-1, -1};
-  const auto stretched = [&](int y) -> const float* {
-    const auto slot = static_cast<std::size_t>(y % 2);  // rows low and low + 1 never collide
-    float* row = kept.data() + slot * row_size;
+  const auto stretched = [&](int y) -> const std::int16_t* {
+    const auto slot = static_cast<std::size_t>(y % 2);  // neighbours never share a slot
+    std::int16_t* row = kept.data() + slot * row_size;
     if (kept_row[slot] == y) return row;
     kept_row[slot] = y;
     const std::uint8_t* pixels = origin + y * image.stride;
-    for (std::size_t x = 0; x < columns.size(); ++x) {
-      const Tap& column = columns[x];
-      for (std::size_t c = 0; c < kChannels; ++c) {
-        const float low = pixels[column.low + source[c]];
-        const float high = pixels[column.high + source[c]];
-        row[x * kChannels + c] = (low + (high - low) * column.weight) * scale[c] + offset[c];
+    for (const Tap& column : columns) {
+      for (const int c : source) {
+        const int value = pixels[column.low + c] * column.low_weight +
+                          pixels[column.high + c] * column.high_weight;
+        *row++ = static_cast<std::int16_t>(value >> 4);
       }
     }
-    return row;
+    return kept.data() + slot * row_size;
   };
-  for (int y = 0; y < height; ++y) {
-    const Tap rows = tap(y, region->height(), height);
-    const float* low = stretched(rows.low);
-    const float* high = stretched(rows.high);
+  for (int y = 0; y < preprocessing.height; ++y) {
+    const Tap rows = row_tap(y, region->height(), preprocessing.height);
+    const std::int16_t* low = stretched(rows.low);
+    const std::int16_t* high = stretched(rows.high);
     float* target = out + static_cast<std::size_t>(y) * row_size;
-    for (std::size_t i = 0; i < row_size; ++i)
-      target[i] = low[i] + (high[i] - low[i]) * rows.weight;
+    for (std::size_t i = 0; i < row_size; ++i) {
+      const int mixed = (low[i] * rows.low_weight >> 16) + (high[i] * rows.high_weight >> 16);
+      target[i] = static_cast<float>((mixed + 2) >> 2) * scale[i] + offset[i];
+    }
   }
   return true;
 }

@@ -107,6 +107,31 @@ class NetworkParity : public testing::Test {
 std::unique_ptr<Model> NetworkParity::model_;
 Tensor NetworkParity::patches_;
 
+// Any rectangle of a picture is stretched to the very pixels that OpenCV makes of it.
+TEST(PatchParity, PixelsAreThoseOfOpenCv) {
+  const Safetensors fixture(kFixtures / "network.safetensors");
+  const auto rects = fixture.read_integers("patches.rects");
+  const auto checksums = fixture.read_integers("patches.checksums");
+  const FormulaCrop picture(kFormulaCrops - 1);
+  const Preprocessing p;
+  std::vector<float> patch(static_cast<std::size_t>(p.height * p.width * 3));
+  const auto weights = testing_support::hashed(patch.size(), 401);
+  ASSERT_GE(checksums.size(), 100U);
+  for (std::size_t r = 0; r < checksums.size(); ++r) {
+    const auto side = [&](std::size_t i) { return static_cast<double>(rects[r * 4 + i]); };
+    ASSERT_TRUE(
+        extract_patch(picture.view(), {side(0), side(1), side(2), side(3)}, p, patch.data()));
+    std::uint64_t checksum = 0;
+    for (std::size_t i = 0; i < patch.size(); ++i) {
+      const float pixel = (patch[i] * p.std[i % 3] + p.mean[i % 3]) * 255.0F;
+      ASSERT_NEAR(pixel, std::round(pixel), 1e-3);
+      checksum += static_cast<std::uint64_t>(std::lround(pixel)) *
+                  static_cast<std::uint64_t>(weights[i] * 0x1p24F);
+    }
+    EXPECT_EQ(checksum, checksums[r]) << side(2) << " x " << side(3);
+  }
+}
+
 TEST_F(NetworkParity, LayerByLayer) {
   const Safetensors fixture(kFixtures / "network.safetensors");
   expect_layer(fixture, "input", patches_, 1e-6);

@@ -14,8 +14,8 @@ import sys
 import numpy as np
 import torch
 
-from parity_network import CROPS, as_torch, crop, formula_tensors, hashed, head, read_safetensors, to_input, trunk, \
-    write_safetensors
+from parity_network import (CROPS, as_torch, crop, formula_tensors, hashed, head, read_safetensors, resized, to_input,
+                            trunk, write_safetensors)
 
 FIXTURES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "nn", "fixtures")
 
@@ -24,6 +24,21 @@ def sampled(value, count, stream):
     """-> positions in the flattened NCHW array, values there"""
     positions = (hashed(count, stream).astype(np.float64) * value.numel()).astype(np.int64)
     return positions, value.flatten()[torch.from_numpy(positions)].numpy()
+
+
+def cut_out(out, count=150):
+    """Rectangles of the largest picture, stretched by OpenCV: a checksum of each, to the bit."""
+    picture = crop(CROPS - 1)
+    height, width = picture.shape[:2]
+    h = hashed(4 * count, 400).reshape(count, 4)
+    w = 2 + (h[:, 0] * (width - 2)).astype(np.int64)
+    t = 2 + (h[:, 1] * (height - 2)).astype(np.int64)
+    x, y = (h[:, 2] * (width - w + 1)).astype(np.int64), (h[:, 3] * (height - t + 1)).astype(np.int64)
+    w[:3], t[:3], x[:3], y[:3] = (64, 128, 2), (128, 256, 2), 0, 0     # no change, exactly half, smallest
+    out["patches.rects"] = np.stack([x, y, w, t], 1)
+    weights = (hashed(128 * 64 * 3, 401) * 2 ** 24).astype(np.int64)
+    out["patches.checksums"] = np.array([np.sum(resized(picture[b:b + d, a:a + c])[:, :, ::-1].ravel() * weights)
+                                         for a, b, c, d in out["patches.rects"]])
 
 
 def main():
@@ -37,6 +52,7 @@ def main():
 
     inputs = torch.from_numpy(np.stack([to_input(crop(i)) for i in range(CROPS)]))
     tensors = as_torch(formula_tensors())
+    cut_out(out)
     with torch.no_grad():
         keep("input", inputs, 1024)
         features = trunk(inputs, tensors, keep)

@@ -72,12 +72,17 @@ def crop(i):
     return (blocks * np.float32(192) + noise * np.float32(63)).astype(np.uint8)
 
 
-def to_input(bgr, eight_bit=False):
-    """[3,128,64] float32. eight_bit: the resized picture is rounded to 8 bits, as most scripts do."""
-    picture = bgr if eight_bit else bgr.astype(np.float32)
-    picture = cv2.resize(picture, (64, 128), interpolation=cv2.INTER_LINEAR)
-    picture = picture[:, :, ::-1].astype(np.float32) / np.float32(255)
-    return ((picture - MEAN) / STD).transpose(2, 0, 1)
+def normalized(rgb):
+    return (rgb.astype(np.float32) / np.float32(255) - MEAN) / STD
+
+
+def resized(bgr):
+    return cv2.resize(bgr, (64, 128), interpolation=cv2.INTER_LINEAR)
+
+
+def to_input(bgr):
+    """[3,128,64] float32"""
+    return normalized(resized(bgr)[:, :, ::-1]).transpose(2, 0, 1)
 
 
 def trunk(x, tensors, keep=lambda name, value: None):

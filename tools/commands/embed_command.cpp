@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "command.h"
+#include "progress.h"
+#include "sdmt/nn/embedder.h"
+#include "sdmt/nn/output_file.h"
+#include "sdmt/train/image_file.h"
+#include "shipped_files.h"
+
+namespace sdmt::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct EmbedOptions {
+  std::string model;
+  std::string output;
+  std::vector<std::string> images;
+};
+
+// Decodes all files, by all threads. The error of the first bad one, in their order, is thrown.
+std::vector<train::Image> read_all(std::span<const fs::path> paths) {
+  std::vector<train::Image> images;
+  auto decoded = train::read_images(paths);
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    images.push_back(decoded[i] ? std::move(*decoded[i]) : train::read_image(paths[i]));
+  }
+  return images;
+}
+
+void run(const EmbedOptions& options) {
+  // Tells a bad output path before the work, not after it.
+  { const nn::OutputFile probe(options.output); }
+  nn::Embedder embedder(
+      nn::load_model(options.model.empty() ? find_default_model() : fs::path(options.model)));
+
+  const std::vector<fs::path> paths(options.images.begin(), options.images.end());
+  constexpr std::size_t kAtOnce = 160;  // pictures in memory
+  std::vector<float> embeddings;
+  Progress progress("embed", static_cast<std::int64_t>(paths.size()), "images");
+  for (std::size_t first = 0; first < paths.size(); first += kAtOnce) {
+    const auto piece = std::span(paths).subspan(first, std::min(kAtOnce, paths.size() - first));
+    const std::vector<train::Image> images = read_all(piece);
+    std::vector<nn::Crop> crops;
+    for (const train::Image& image : images) {
+      crops.push_back({image.view(), {0, 0, 1.0 * image.width, 1.0 * image.height}});
+    }
+    nn::EmbeddingRows rows;
+    embedder.embed(crops, rows);
+    for (std::size_t i = 0; i < piece.size(); ++i) {
+      if (rows.valid[i] == 0) {
+        throw std::invalid_argument(fmt::format("{}: is {} x {} pixels, expected at least 2 x 2",
+                                                piece[i].string(), images[i].width,
+                                                images[i].height));
+      }
+    }
+    embeddings.insert(embeddings.end(), rows.values.begin(), rows.values.end());
+    progress.update(static_cast<std::int64_t>(first + piece.size()));
+  }
+
+  nn::SafetensorsWriter writer;
+  writer.set_metadata("images",
+                      nlohmann::json(options.images)
+                          .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  writer.add("embeddings", {paths.size(), nn::kEmbeddingSize}, embeddings);
+  writer.write(options.output);
+}
+
+}  // namespace
+
+void add_embed_command(CLI::App& app) {
+  auto options = std::make_shared<EmbedOptions>();
+  CLI::App* command =
+      app.add_subcommand("embed", "Turn images of pedestrians into feature vectors");
+  command->add_option("--model", options->model, "Model file [the shipped one]")->type_name("FILE");
+  command
+      ->add_option("--output", options->output,
+                   "safetensors file to write: `embeddings` [images,128] float32, rows in the "
+                   "order of the images")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("IMAGE", options->images, "JPEG or PNG files, each one crop")->required();
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace sdmt::tools

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "command.h"
+#include "network_summary.h"
+#include "sdmt/nn/model_file.h"
+#include "sdmt/nn/output_file.h"
+#include "text_table.h"
+
+namespace sdmt::tools {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+struct InspectOptions {
+  std::string file;
+  std::string json;
+};
+
+// Every file is one of these; a checkpoint is a model and more.
+std::string kind_of(const nn::Safetensors& file) {
+  if (!file.metadata().contains(nn::kModelMetadataKey)) return "tensors";
+  return file.find("training.progress") != nullptr ? "checkpoint" : "model";
+}
+
+ordered_json describe(const nn::Safetensors& file, nn::Model* model) {
+  ordered_json result;
+  result["file"] = file.name();
+  result["kind"] = kind_of(file);
+  result["bytes"] = std::filesystem::file_size(file.name());
+  if (model != nullptr) {
+    result["model"] = ordered_json::parse(nn::to_json(model->metadata));
+    auto& layers = result["layers"] = ordered_json::array();
+    for (const LayerSummary& layer : summarize(model->network)) {
+      layers.push_back({{"name", layer.name},
+                        {"type", layer.type},
+                        {"output", {layer.output.h, layer.output.w, layer.output.c}},
+                        {"parameters", layer.parameters},
+                        {"gflop", layer.gflop}});
+    }
+  }
+  for (const auto& [key, text] : file.metadata()) {
+    if (key != nn::kModelMetadataKey) result["metadata"][key] = text;
+  }
+  auto& tensors = result["tensors"] = ordered_json::array();
+  for (const nn::SafetensorsEntry& entry : file.tensors()) {
+    tensors.push_back({{"name", entry.name},
+                       {"dtype", nn::dtype_name(entry.dtype)},
+                       {"shape", entry.shape},
+                       {"bytes", entry.bytes.size()}});
+  }
+  return result;
+}
+
+void print_model(nn::Model& model) {
+  const nn::ModelMetadata& metadata = model.metadata;
+  const nn::Preprocessing& p = metadata.preprocessing;
+  fmt::print("architecture   {} (format {})\n", metadata.architecture, metadata.format_version);
+  fmt::print("input          {} x {} (height x width), {}, mean {}, std {}\n", p.height, p.width,
+             p.order == nn::ChannelOrder::rgb ? "rgb" : "bgr", fmt::join(p.mean, " "),
+             fmt::join(p.std, " "));
+  fmt::print("flatten order  {}\n", metadata.flatten_order);
+  fmt::print("margin         {}\n", metadata.margin);
+  if (metadata.tau_a) {
+    const auto& tau_a = *metadata.tau_a;
+    fmt::print("tau_a          {} (by {}{})\n", tau_a.value, tau_a.criterion,
+               tau_a.false_positive_rate
+                   ? fmt::format(", false positive rate {:.4g}", *tau_a.false_positive_rate)
+                   : "");
+  } else {
+    fmt::print("tau_a          not set (sdmt validate-roc --write-threshold)\n");
+  }
+  if (metadata.training) {
+    fmt::print("training       {} iterations, {}, on {}\n", metadata.training->iterations,
+               metadata.training->loss, fmt::join(metadata.training->datasets, ", "));
+    for (const auto& [name, score] : metadata.training->scores) {
+      fmt::print("               {} {:.4f}\n", name, score);
+    }
+  } else {
+    fmt::print("training       none\n");
+  }
+  fmt::print("provenance     {}\n\n",
+             metadata.provenance.empty() ? "unknown" : metadata.provenance);
+
+  TextTable table({"layer", "type", "output h x w x c", "parameters", "GFLOP"});
+  std::int64_t parameters = 0;
+  for (const LayerSummary& layer : summarize(model.network)) {
+    parameters += layer.parameters;
+    table.add_row({layer.name, layer.type,
+                   fmt::format("{} x {} x {}", layer.output.h, layer.output.w, layer.output.c),
+                   layer.parameters == 0 ? "" : fmt::format("{}", layer.parameters),
+                   layer.gflop == 0 ? "" : fmt::format("{:.3f}", layer.gflop)});
+  }
+  table.add_rule();
+  table.add_row({"total", "", "", fmt::format("{}", parameters),
+                 fmt::format("{:.3f}", total_gflop(model.network))});
+  fmt::print("{}\n", table.str());
+}
+
+void run(const InspectOptions& options) {
+  const nn::Safetensors file(options.file);
+  std::optional<nn::Model> model;
+  // Reading the model checks that it would work, not only that it can be listed.
+  if (kind_of(file) != "tensors") model = nn::read_model(file);
+
+  fmt::print("{}: {}, {:.1f} MB\n", options.file, kind_of(file),
+             static_cast<double>(std::filesystem::file_size(options.file)) / 1e6);
+  if (model) print_model(*model);
+  for (const auto& [key, text] : file.metadata()) {
+    if (key != nn::kModelMetadataKey) fmt::print("{}: {}\n", key, text);
+  }
+  if (kind_of(file) == "checkpoint") {
+    fmt::print("training.progress: iteration {}\n", file.read_integers("training.progress").at(0));
+  }
+  TextTable table({"tensor", "dtype", "shape", "bytes"});
+  for (const nn::SafetensorsEntry& entry : file.tensors()) {
+    table.add_row({entry.name, std::string(nn::dtype_name(entry.dtype)), entry.shape_str(),
+                   fmt::format("{}", entry.bytes.size())});
+  }
+  fmt::print("{}", table.str());
+  if (!options.json.empty()) {
+    nn::write_text_file(options.json, describe(file, model ? &*model : nullptr).dump(1) + "\n");
+  }
+}
+
+}  // namespace
+
+void add_inspect_command(CLI::App& app) {
+  auto options = std::make_shared<InspectOptions>();
+  CLI::App* command = app.add_subcommand(
+      "inspect", "Show what a model, a checkpoint or any other safetensors file holds");
+  command->add_option("FILE", options->file, "safetensors file")->required();
+  command->add_option("--json", options->json, "Write the same as JSON here")->type_name("FILE");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace sdmt::tools
