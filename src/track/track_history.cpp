@@ -29,11 +29,12 @@ OutputRules::OutputRules(const TrackerOptions& options)
     : report(options.report),
       fill(options.fill),
       max_fill(options.max_fill),
-      smoother(smoother_noise(options)) {}
+      smoother(smoother_noise(options)),
+      smoothing_block(std::max(1, options.decision_lag() / 8)) {}
 
 void TrackHistory::append(const OutputRules& rules, int frame, const Cxcywh& measured,
                           const Cxcywh& filtered, double score, BoxSource source) {
-  Entry entry{frame, source, false, score, measured, filtered, {}, {}};
+  Entry entry{frame, source, false, score, measured, filtered, {}, {}, {}};
   if (rules.report == ReportBox::smoothed) {
     if (entries_.empty()) {
       entry.forward = rules.smoother.start(measured);
@@ -63,7 +64,7 @@ void TrackHistory::prepend(const OutputRules& rules, const TrackHistory& older) 
   if (seam > 0 && seam < entries_.size()) entries_[seam].merged = true;
 }
 
-std::optional<TrackedBox> TrackHistory::at(const OutputRules& rules, int frame) const {
+std::optional<TrackedBox> TrackHistory::at(const OutputRules& rules, int frame) {
   const auto begin = entries_.begin() + static_cast<std::ptrdiff_t>(first_);
   const auto after = std::find_if(begin, entries_.end(),
                                   [frame](const Entry& entry) { return entry.frame > frame; });
@@ -74,7 +75,7 @@ std::optional<TrackedBox> TrackHistory::at(const OutputRules& rules, int frame) 
     TrackedBox box{0, {}, entry.source == BoxSource::detected ? entry.score : 0.0, entry.source};
     switch (rules.report) {
       case ReportBox::smoothed:
-        box.box = to_tlwh(smoothed(index).box());
+        box.box = to_tlwh(smoothed(rules, index).box());
         break;
       case ReportBox::filtered:
         box.box = to_tlwh(entry.filtered);
@@ -91,8 +92,7 @@ std::optional<TrackedBox> TrackHistory::at(const OutputRules& rules, int frame) 
   return interpolated(rules, index, frame);
 }
 
-TrackedBox TrackHistory::interpolated(const OutputRules& rules, std::size_t before,
-                                      int frame) const {
+TrackedBox TrackHistory::interpolated(const OutputRules& rules, std::size_t before, int frame) {
   const Entry& a = entries_[before];
   const Entry& b = entries_[before + 1];
   const double t = static_cast<double>(frame - a.frame) / (b.frame - a.frame);
@@ -101,7 +101,8 @@ TrackedBox TrackHistory::interpolated(const OutputRules& rules, std::size_t befo
     case ReportBox::smoothed: {
       const KalmanState hidden = rules.smoother.predict(a.forward, frame - a.frame);
       const int rest = b.frame - frame;
-      box = smooth(hidden, rest, rules.smoother.smoother_gain(hidden, rest), smoothed(before + 1))
+      box = smooth(hidden, rest, rules.smoother.smoother_gain(hidden, rest),
+                   smoothed(rules, before + 1))
                 .box();
       box.width = std::max(box.width, KalmanFilter::kMinimumSize);
       box.height = std::max(box.height, KalmanFilter::kMinimumSize);
@@ -117,16 +118,23 @@ TrackedBox TrackHistory::interpolated(const OutputRules& rules, std::size_t befo
   return {0, to_tlwh(box), 0.0, BoxSource::interpolated};
 }
 
-KalmanState TrackHistory::smoothed(std::size_t entry) const {
+const KalmanState& TrackHistory::smoothed(const OutputRules& rules, std::size_t entry) {
+  if (entries_[entry].smoothed) return *entries_[entry].smoothed;
+  const auto keep = [&](std::size_t i, KalmanState state) {
+    if (entries_[i].frame >= entries_[entry].frame + rules.smoothing_block) return;
+    // Smoothing is linear and knows nothing of sizes: keep them above zero.
+    state.mean[2] = std::max(state.mean[2], KalmanFilter::kMinimumSize);
+    state.mean[3] = std::max(state.mean[3], KalmanFilter::kMinimumSize);
+    entries_[i].smoothed = state;
+  };
   KalmanState state = entries_.back().forward;
+  keep(entries_.size() - 1, state);
   for (std::size_t i = entries_.size() - 1; i > entry; --i) {
     const Entry& before = entries_[i - 1];
     state = smooth(before.forward, entries_[i].frame - before.frame, before.gain, state);
+    keep(i - 1, state);
   }
-  // Smoothing is linear and knows nothing of sizes: keep them above zero.
-  state.mean[2] = std::max(state.mean[2], KalmanFilter::kMinimumSize);
-  state.mean[3] = std::max(state.mean[3], KalmanFilter::kMinimumSize);
-  return state;
+  return *entries_[entry].smoothed;
 }
 
 void TrackHistory::forget(int frame) {

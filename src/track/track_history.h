@@ -19,6 +19,9 @@ struct OutputRules {
   FillGaps fill;
   int max_fill;
   KalmanFilter smoother;
+  /// Frames of a track smoothed at once: the backward pass is long, and the last of them still looks
+  /// ahead seven eighths of the lag.
+  int smoothing_block;
 };
 
 /// The boxes of a track that are not reported yet, and the last one before them. A smoothed box is
@@ -36,7 +39,7 @@ class TrackHistory {
 
   /// The box of `frame`, its id unset; nothing before the first and after the last box and in gaps
   /// that are not filled.
-  std::optional<TrackedBox> at(const OutputRules& rules, int frame) const;
+  std::optional<TrackedBox> at(const OutputRules& rules, int frame);
   /// Frees what is not needed to answer for frames after `frame`.
   void forget(int frame);
 
@@ -50,10 +53,11 @@ class TrackHistory {
     Cxcywh filtered;
     KalmanState forward;
     SmootherGain gain;  // from the next entry, set when that comes
+    std::optional<KalmanState> smoothed;
   };
 
-  KalmanState smoothed(std::size_t entry) const;
-  TrackedBox interpolated(const OutputRules& rules, std::size_t before, int frame) const;
+  const KalmanState& smoothed(const OutputRules& rules, std::size_t entry);
+  TrackedBox interpolated(const OutputRules& rules, std::size_t before, int frame);
 
   std::vector<Entry> entries_;
   std::size_t first_ = 0;  // entries before are forgotten, their memory not yet given back

@@ -7,11 +7,7 @@
 namespace sdmt::track {
 
 TrackOutput::TrackOutput(const TrackerOptions& options)
-    : options_(options),
-      rules_(options),
-      lag_(options.delay == TrackerOptions::kAutoDelay
-               ? options.auto_delay()
-               : std::min(options.delay, options.auto_delay())) {}
+    : options_(options), rules_(options), lag_(options.decision_lag()) {}
 
 void TrackOutput::merge(const Tracklet& older, Tracklet& newer) {
   if (newer.reported) merges_.push_back({newer.id, older.id});

@@ -66,6 +66,10 @@ int TrackerOptions::auto_delay() const {
                      : std::min(gap, max_misses) + confirmation;
 }
 
+int TrackerOptions::decision_lag() const {
+  return delay == kAutoDelay ? auto_delay() : std::min(delay, auto_delay());
+}
+
 void TrackerOptions::validate() const {
   if (calibration) calibration->validate();
   require_number("min_confidence", min_confidence);

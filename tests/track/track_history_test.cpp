@@ -33,7 +33,7 @@ TrackHistory seen_at(const OutputRules& rules, const std::vector<int>& frames) {
 TEST(TrackHistory, ReportsBoxesAndFillsGapsOnAStraightLine) {
   for (const ReportBox report : {ReportBox::detection, ReportBox::filtered, ReportBox::smoothed}) {
     const OutputRules rules(reporting(report));
-    const TrackHistory history = seen_at(rules, {5, 6, 7, 8, 9, 14, 15, 16, 17, 18});
+    TrackHistory history = seen_at(rules, {5, 6, 7, 8, 9, 14, 15, 16, 17, 18});
     EXPECT_FALSE(history.at(rules, 4));
     EXPECT_FALSE(history.at(rules, 19));
     // Constant velocity: every way to fill the gap agrees (the smoother up to its weak prior).

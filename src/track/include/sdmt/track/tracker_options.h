@@ -130,6 +130,8 @@ struct TrackerOptions {
   /// a gap, the frames until the tracklet behind it is long enough, and the wait for the next
   /// association. A longer delay changes no output, only when it comes.
   int auto_delay() const;
+  /// The lag at which it does: `delay` or auto_delay(), whichever is less.
+  int decision_lag() const;
 
   /// Throws std::invalid_argument naming field, value and bound.
   void validate() const;
