@@ -7,7 +7,10 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
+
+#include "bilinear_stretch.h"
 
 namespace sdmt::nn {
 
@@ -25,74 +28,91 @@ constexpr int kValueBins = 4;
 constexpr int kStripeBins = kHueBins * kSaturationBins + kValueBins;
 static_assert(kStripes * kStripeBins == kColorHistogramSize);
 
-// Source positions and weights (which sum to 1) of one output position.
+using Row = std::array<std::uint8_t, static_cast<std::size_t>(kWidth) * kChannels>;
+using Picture = std::array<Row, kHeight>;
+
+// Source positions and weights (which sum to 1) of one output position of an area average.
 struct Footprint {
   int first = 0;
   std::vector<float> weights;
 };
 
-// As cv2.INTER_AREA: the mean over the area an output position covers if both sides shrink,
-// otherwise a linear interpolation that keeps whole source pixels where it can.
-std::vector<Footprint> footprints(int from, int to, bool shrinks) {
+std::vector<Footprint> footprints(int from, int to) {
   std::vector<Footprint> result(static_cast<std::size_t>(to));
   const double scale = static_cast<double>(from) / to;
   for (int i = 0; i < to; ++i) {
     Footprint& footprint = result[static_cast<std::size_t>(i)];
     const double begin = i * scale;
-    if (shrinks) {
-      const double end = std::min((i + 1) * scale, static_cast<double>(from));
-      footprint.first = static_cast<int>(begin);
-      for (int j = footprint.first; j < end; ++j) {
-        const double covered = std::min<double>(end, j + 1) - std::max<double>(begin, j);
-        footprint.weights.push_back(static_cast<float>(covered / (end - begin)));
-      }
-    } else {
-      footprint.first = std::min(static_cast<int>(begin), from - 1);
-      const double beyond = (i + 1) - (footprint.first + 1) / scale;
-      const double weight = beyond <= 0 ? 0.0 : beyond - std::floor(beyond);
-      footprint.weights.push_back(static_cast<float>(1 - weight));
-      if (weight > 0 && footprint.first + 1 < from) {
-        footprint.weights.push_back(static_cast<float>(weight));
-      } else {
-        footprint.weights.front() = 1.0F;
-      }
+    const double end = std::min((i + 1) * scale, static_cast<double>(from));
+    footprint.first = static_cast<int>(begin);
+    for (int j = footprint.first; j < end; ++j) {
+      const double covered = std::min<double>(end, j + 1) - std::max<double>(begin, j);
+      footprint.weights.push_back(static_cast<float>(covered / (end - begin)));
     }
   }
   return result;
 }
 
-// Resizes the region to kHeight x kWidth, rounded to 8 bits, channels as in the image.
-std::vector<std::uint8_t> shrink(const ImageView& image, const PixelRegion& region) {
-  const bool shrinks = region.width() >= kWidth && region.height() >= kHeight;
-  const auto columns = footprints(region.width(), kWidth, shrinks);
-  const auto rows = footprints(region.height(), kHeight, shrinks);
-  constexpr std::size_t kRow = static_cast<std::size_t>(kWidth) * kChannels;
-  std::vector<std::uint8_t> small;
-  small.reserve(kHeight * kRow);
-  for (const Footprint& row : rows) {
-    std::array<float, kRow> sum{};
-    for (std::size_t j = 0; j < row.weights.size(); ++j) {
+void average_areas(const std::uint8_t* origin, std::ptrdiff_t stride, const PixelRegion& region,
+                   const std::array<int, kChannels>& channels, Picture& out) {
+  const auto columns = footprints(region.width(), kWidth);
+  const auto rows = footprints(region.height(), kHeight);
+  for (std::size_t y = 0; y < kHeight; ++y) {
+    std::array<float, std::tuple_size_v<Row>> sum{};
+    for (std::size_t j = 0; j < rows[y].weights.size(); ++j) {
       const std::uint8_t* pixels =
-          image.data + (region.top + row.first + static_cast<std::ptrdiff_t>(j)) * image.stride +
-          static_cast<std::ptrdiff_t>(region.left) * kChannels;
+          origin + (rows[y].first + static_cast<std::ptrdiff_t>(j)) * stride;
       for (std::size_t x = 0; x < kWidth; ++x) {
         const std::uint8_t* pixel = pixels + columns[x].first * kChannels;
         for (const float weight : columns[x].weights) {
           for (std::size_t c = 0; c < kChannels; ++c) {
-            sum[x * kChannels + c] += row.weights[j] * weight * static_cast<float>(pixel[c]);
+            sum[x * kChannels + c] +=
+                rows[y].weights[j] * weight * static_cast<float>(pixel[channels[c]]);
           }
           pixel += kChannels;
         }
       }
     }
-    for (const float value : sum) small.push_back(static_cast<std::uint8_t>(std::lrintf(value)));
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      out[y][i] = static_cast<std::uint8_t>(std::lrintf(sum[i]));
+    }
+  }
+}
+
+// cv2.INTER_AREA where a side grows: linear, but whole source pixels are kept where it can.
+std::vector<BilinearTap> area_taps(int from, int to) {
+  std::vector<BilinearTap> taps;
+  const double growth = static_cast<double>(to) / from;
+  for (int i = 0; i < to; ++i) {
+    const int low = static_cast<int>(i * (1.0 / growth));
+    const auto beyond = static_cast<float>((i + 1) - (low + 1) * growth);
+    taps.emplace_back(low, beyond <= 0 ? 0.0F : beyond - std::floor(beyond), from);
+  }
+  return taps;
+}
+
+// The region in kHeight x kWidth pixels, RGB, as cv2.resize with INTER_AREA makes it.
+Picture shrink(const ImageView& image, const PixelRegion& region) {
+  const std::uint8_t* origin =
+      image.data + region.top * image.stride + static_cast<std::ptrdiff_t>(region.left) * kChannels;
+  std::array<int, kChannels> channels{0, 1, 2};
+  if (image.order == ChannelOrder::bgr) channels = {2, 1, 0};
+  Picture small{};
+  if (region.width() >= kWidth && region.height() >= kHeight) {
+    average_areas(origin, image.stride, region, channels, small);
+  } else {
+    BilinearStretch stretch(origin, image.stride, area_taps(region.width(), kWidth), channels);
+    const auto rows = area_taps(region.height(), kHeight);
+    for (std::size_t y = 0; y < kHeight; ++y) stretch.row(rows[y], small[y]);
   }
   return small;
 }
 
-// numerator / denominator to the nearest whole number, halves up.
-int rounded_ratio(int numerator, int denominator) {
-  return static_cast<int>(std::floor(static_cast<double>(numerator) / denominator + 0.5));
+// scale * numerator / denominator, rounded as OpenCV rounds it: the reciprocal has 12 bits below the
+// point.
+int scaled_ratio(double scale, int numerator, int denominator) {
+  const auto reciprocal = static_cast<int>(std::lrint(scale * 4096 / denominator));
+  return (numerator * reciprocal + 2048) >> 12;
 }
 
 // OpenCV's 8-bit HSV: hue in steps of 2 degrees (0..179), saturation and value 0..255.
@@ -108,8 +128,8 @@ std::array<int, 3> hsv(int r, int g, int b) {
   } else {
     sixths = r - g + 4 * range;
   }
-  const int hue = rounded_ratio(30 * sixths, range);
-  return {hue < 0 ? hue + 180 : hue, rounded_ratio(255 * range, value), value};
+  const int hue = scaled_ratio(30, sixths, range);
+  return {hue < 0 ? hue + 180 : hue, scaled_ratio(255, range, value), value};
 }
 
 }  // namespace
@@ -123,15 +143,14 @@ bool color_histogram(const ImageView& image, const PixelRect& rect, std::span<fl
   const auto region = visible_region(image.width, image.height, rect);
   if (!region) return false;
 
-  const std::vector<std::uint8_t> small = shrink(image, *region);
-  const int red = image.order == ChannelOrder::rgb ? 0 : 2;
+  const Picture small = shrink(image, *region);
   std::fill(out.begin(), out.end(), 0.0F);
   for (int y = 0; y < kHeight; ++y) {
     const auto bins =
         out.subspan(static_cast<std::size_t>(y / (kHeight / kStripes) * kStripeBins), kStripeBins);
     for (int x = kFirstColumn; x < kLastColumn; ++x) {
-      const std::uint8_t* pixel = small.data() + (y * kWidth + x) * kChannels;
-      const auto [hue, saturation, value] = hsv(pixel[red], pixel[1], pixel[2 - red]);
+      const std::uint8_t* rgb = small[static_cast<std::size_t>(y)].data() + x * kChannels;
+      const auto [hue, saturation, value] = hsv(rgb[0], rgb[1], rgb[2]);
       const int hue_bin = hue * kHueBins / 180;
       const int saturation_bin = saturation * kSaturationBins / 256;
       const int value_bin = value * kValueBins / 256;

@@ -88,7 +88,7 @@ void print_model(nn::Model& model) {
   fmt::print("provenance     {}\n\n",
              metadata.provenance.empty() ? "unknown" : metadata.provenance);
 
-  TextTable table({"layer", "type", "output h x w x c", "parameters", "GFLOP"});
+  TextTable table({"layer", "type", "output h x w x c", "parameters", "GFLOP"}, {1});
   std::int64_t parameters = 0;
   for (const LayerSummary& layer : summarize(model.network)) {
     parameters += layer.parameters;
@@ -118,7 +118,7 @@ void run(const InspectOptions& options) {
   if (kind_of(file) == "checkpoint") {
     fmt::print("training.progress: iteration {}\n", file.read_integers("training.progress").at(0));
   }
-  TextTable table({"tensor", "dtype", "shape", "bytes"});
+  TextTable table({"tensor", "dtype", "shape", "bytes"}, {1, 2});
   for (const nn::SafetensorsEntry& entry : file.tensors()) {
     table.add_row({entry.name, std::string(nn::dtype_name(entry.dtype)), entry.shape_str(),
                    fmt::format("{}", entry.bytes.size())});
