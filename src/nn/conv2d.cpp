@@ -8,10 +8,12 @@
 #include "kernels/column_sum.h"
 #include "kernels/gemm.h"
 #include "kernels/im2col.h"
+#include "kernels/rgb_convolution.h"
 #include "kernels/scratch.h"
 #include "kernels/winograd.h"
 #include "parameter_access.h"
 #include "sdmt/nn/max_pool2d.h"
+#include "sdmt/nn/relu.h"
 
 namespace sdmt::nn {
 
@@ -63,10 +65,14 @@ Conv2d::Conv2d(Conv2dOptions options)
 
 Conv2d::~Conv2d() = default;
 
-bool Conv2d::uses_winograd() const {
-  // With few input channels the transforms cost more than they save.
-  return options_.kernel_size == 3 && options_.stride == 1 && options_.padding == 1 &&
-         options_.in_channels >= 8;
+Conv2d::Algorithm Conv2d::algorithm() const {
+  const bool same_size = options_.kernel_size == 3 && options_.stride == 1 && options_.padding == 1;
+  // With few input channels Winograd's transforms cost more than they save.
+  if (same_size && options_.in_channels >= 8) return Algorithm::winograd;
+  if (same_size && options_.in_channels == 3 && has_rgb_convolution(options_.out_channels)) {
+    return Algorithm::rgb;
+  }
+  return Algorithm::im2col;
 }
 
 void Conv2d::reset_parameters(Random& random) {
@@ -92,25 +98,28 @@ Shape Conv2d::output_shape(Shape in) const {
 void Conv2d::forward(const Tensor& x, Tensor& y, Mode) { forward_fused(x, y, Fusion::none); }
 
 void Conv2d::forward_fused(const Tensor& x, Tensor& y, Fusion fusion) {
-  if (uses_winograd()) {
-    output_shape(x.shape());
-    if (fusion == Fusion::relu_max_pool) MaxPool2d().output_shape(x.shape());
+  const Shape out = output_shape(x.shape());
+  const bool pool = fusion == Fusion::relu_max_pool;
+  if (pool) MaxPool2d().output_shape(out);
+  const float* const bias = options_.bias ? bias_.value.data() : nullptr;
+  if (algorithm() == Algorithm::winograd) {
     if (winograd_->empty()) winograd_->set(weight_.value);
     winograd_convolution(x, *winograd_,
-                         {.bias = options_.bias ? bias_.value.data() : nullptr,
-                          .relu = fusion != Fusion::none,
-                          .max_pool = fusion == Fusion::relu_max_pool},
-                         y);
-    return;
-  }
-  if (fusion == Fusion::relu_max_pool) {
+                         {.bias = bias, .relu = fusion != Fusion::none, .max_pool = pool}, y);
+  } else if (pool) {
     Tensor before_pool;
     forward_fused(x, before_pool, Fusion::relu);
     MaxPool2d().forward(before_pool, y, Mode::inference);
-    return;
+  } else if (algorithm() == Algorithm::rgb) {
+    rgb_convolution(x, weight_.value, bias, fusion == Fusion::relu, y);
+  } else {
+    y.resize(out);
+    forward_im2col(x, bias, fusion == Fusion::relu, y);
   }
-  const Shape out = output_shape(x.shape());
-  y.resize(out);
+}
+
+void Conv2d::forward_im2col(const Tensor& x, const float* bias, bool relu, Tensor& y) {
+  const Shape out = y.shape();
   const WindowGeometry g = geometry_of(options_, x.shape(), out);
   const std::int64_t blocks = (g.windows() + kWindowsPerBlock - 1) / kWindowsPerBlock;
 #pragma omp parallel for collapse(2) schedule(dynamic)
@@ -125,41 +134,74 @@ void Conv2d::forward_fused(const Tensor& x, Tensor& y, Fusion fusion) {
            {weight_.value.data(), 1, g.window_size()},
            {.data = y.image(image) + first * out.c,
             .row_stride = out.c,
-            .bias = options_.bias ? bias_.value.data() : nullptr,
-            .relu = fusion == Fusion::relu});
+            .bias = bias,
+            .relu = relu});
     }
   }
 }
 
 void Conv2d::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* dx) {
+  add_parameter_gradients(x, dy);
+  if (dx == nullptr) return;
+  if (algorithm() == Algorithm::winograd) {
+    input_gradient_winograd(dy, nullptr, *dx);
+  } else {
+    input_gradient_im2col(x, dy, *dx);
+  }
+}
+
+void Conv2d::backward_through_relu(const Tensor& x, const Tensor& dy, Tensor& dx) {
+  add_parameter_gradients(x, dy);
+  if (algorithm() == Algorithm::winograd) {
+    input_gradient_winograd(dy, &x, dx);
+  } else {
+    input_gradient_im2col(x, dy, dx);
+    ReLU().backward(x, x, dx, &dx);
+  }
+}
+
+void Conv2d::add_parameter_gradients(const Tensor& x, const Tensor& dy) {
+  float* const bias = options_.bias && bias_.trainable ? gradient_of(bias_) : nullptr;
+  float* const weight = weight_.trainable ? gradient_of(weight_) : nullptr;
+  if (weight != nullptr && algorithm() == Algorithm::winograd) {
+    winograd_weight_gradient(x, dy, weight, bias);
+  } else if (weight != nullptr && algorithm() == Algorithm::rgb) {
+    rgb_weight_gradient(x, dy, weight, bias);
+  } else {
+    const std::int64_t pixels = static_cast<std::int64_t>(dy.size()) / dy.shape().c;
+    if (bias != nullptr) add_column_sums(dy.data(), pixels, dy.shape().c, bias);
+    if (weight != nullptr) weight_gradient_im2col(x, dy, weight);
+  }
+}
+
+void Conv2d::weight_gradient_im2col(const Tensor& x, const Tensor& dy, float* gradient) {
   const Shape out = dy.shape();
   const WindowGeometry g = geometry_of(options_, x.shape(), out);
   const std::int64_t depth = g.window_size();
-  if (options_.bias && bias_.trainable) {
-    add_column_sums(dy.data(), out.n * g.windows(), out.c, gradient_of(bias_));
-  }
-  if (weight_.trainable) {
-    float* const gradient = gradient_of(weight_);
-    float* const rows =
-        thread_scratch(ScratchUse::columns, static_cast<std::size_t>(g.windows() * depth));
-    for (int image = 0; image < out.n; ++image) {
+  float* const rows =
+      thread_scratch(ScratchUse::columns, static_cast<std::size_t>(g.windows() * depth));
+  for (int image = 0; image < out.n; ++image) {
 #pragma omp parallel for schedule(static)
-      for (int row = 0; row < g.out_height; ++row) {
-        const std::int64_t first = std::int64_t{row} * g.out_width;
-        im2col(g, x.image(image), first, g.out_width, rows + first * depth);
-      }
-      gemm(out.c, depth, g.windows(), {dy.image(image), 1, out.c}, {rows, depth, 1},
-           {.data = gradient, .row_stride = depth, .accumulate = true});
+    for (int row = 0; row < g.out_height; ++row) {
+      const std::int64_t first = std::int64_t{row} * g.out_width;
+      im2col(g, x.image(image), first, g.out_width, rows + first * depth);
     }
+    gemm(out.c, depth, g.windows(), {dy.image(image), 1, out.c}, {rows, depth, 1},
+         {.data = gradient, .row_stride = depth, .accumulate = true});
   }
-  if (dx == nullptr) return;
-  if (uses_winograd()) {
-    if (winograd_transposed_->empty()) winograd_transposed_->set_transposed(weight_.value);
-    winograd_convolution(dy, *winograd_transposed_, {}, *dx);
-    return;
-  }
-  dx->resize(x.shape());
-  dx->fill(0.0F);
+}
+
+void Conv2d::input_gradient_winograd(const Tensor& dy, const Tensor* mask, Tensor& dx) {
+  if (winograd_transposed_->empty()) winograd_transposed_->set_transposed(weight_.value);
+  winograd_convolution(dy, *winograd_transposed_, {.mask = mask}, dx);
+}
+
+void Conv2d::input_gradient_im2col(const Tensor& x, const Tensor& dy, Tensor& dx) {
+  const Shape out = dy.shape();
+  const WindowGeometry g = geometry_of(options_, x.shape(), out);
+  const std::int64_t depth = g.window_size();
+  dx.resize(x.shape());
+  dx.fill(0.0F);
   const std::int64_t blocks = (g.windows() + kWindowsPerBlock - 1) / kWindowsPerBlock;
 #pragma omp parallel for schedule(dynamic) if (out.n > 1)
   for (int image = 0; image < out.n; ++image) {
@@ -170,7 +212,7 @@ void Conv2d::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* 
           thread_scratch(ScratchUse::columns, static_cast<std::size_t>(count * depth));
       gemm(count, depth, out.c, {dy.image(image) + first * out.c, out.c, 1},
            {weight_.value.data(), depth, 1}, {.data = rows, .row_stride = depth});
-      col2im_add(g, rows, first, count, dx->image(image));
+      col2im_add(g, rows, first, count, dx.image(image));
     }
   }
 }

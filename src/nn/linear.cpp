@@ -6,6 +6,7 @@
 
 #include "kernels/column_sum.h"
 #include "kernels/gemm.h"
+#include "kernels/row_products.h"
 #include "parameter_access.h"
 
 namespace sdmt::nn {
@@ -48,8 +49,9 @@ void Linear::forward(const Tensor& x, Tensor& y, Mode) {
   y.resize(output_shape(x.shape()));
   const std::ptrdiff_t in = options_.in_features;
   const std::ptrdiff_t out = options_.out_features;
-  gemm(x.shape().n, out, in, {x.data(), in, 1}, {weight_.value.data(), 1, in},
-       {.data = y.data(), .row_stride = out, .bias = options_.bias ? bias_.value.data() : nullptr});
+  multiply_rows(
+      x.shape().n, out, in, x.data(), weight_.value.data(),
+      {.data = y.data(), .row_stride = out, .bias = options_.bias ? bias_.value.data() : nullptr});
 }
 
 void Linear::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* dx) {

@@ -124,15 +124,25 @@ void Sequential::backward(const Tensor& dy, Tensor* dx) {
   }
   const int lowest = dx != nullptr ? first_ : lowest_trainable();
   const Tensor* gradient = &dy;
-  for (int i = last_ - 1; i >= lowest; --i) {
+  for (int i = last_ - 1; i >= lowest;) {
     Tensor* to = gradient == &ping_pong_[0] ? &ping_pong_[1] : &ping_pong_[0];
-    if (i == lowest) to = dx;
-    // A fused convolution's own result does not exist: its ReLU has only y to look at, and it is
-    // the ReLU's y that stands where x is asked for.
-    const bool is_fused_relu = i > first_ && is<ReLU>(i, last_) && is<Conv2d>(i - 1, last_);
+    const Tensor& x = activation(i - 1);
     const Tensor& y = activation(i);
-    layer(i).backward(is_fused_relu ? y : activation(i - 1), y, *gradient, to);
+    auto* conv = dynamic_cast<Conv2d*>(&layer(i));
+    auto* pool = dynamic_cast<MaxPool2d*>(&layer(i));
+    const bool through_relu =
+        (conv != nullptr || pool != nullptr) && i > lowest && is<ReLU>(i - 1, last_);
+    const int next = through_relu ? i - 2 : i - 1;
+    if (next < lowest) to = dx;
+    if (through_relu && to != nullptr) {
+      if (conv != nullptr) conv->backward_through_relu(x, *gradient, *to);
+      if (pool != nullptr) pool->backward_through_relu(x, y, *gradient, *to);
+    } else {
+      // A ReLU does not read x, which does not exist when the convolution below was fused with it.
+      layer(i).backward(is<ReLU>(i, last_) ? y : x, y, *gradient, to);
+    }
     gradient = to;
+    i = next;
   }
   if (dx != nullptr && first_ == last_) *dx = dy;
   input_ = nullptr;

@@ -89,6 +89,21 @@ TEST_P(LayerBackward, Conv2d) {
   }
 }
 
+TEST_P(LayerBackward, Conv2dOfTheNetwork) {
+  Random random(10);
+  for (const auto& [in, out] : {std::pair{Shape{2, 9, 6, 3}, 64}, {Shape{1, 6, 9, 64}, 64}}) {
+    Conv2d conv({.in_channels = in.c, .out_channels = out});
+    conv.reset_parameters(random);
+    SCOPED_TRACE("input " + in.str());
+    expect_right_gradients(
+        conv, random_tensor(in, random),
+        [](const Array& x, const std::vector<Array>& parameters) {
+          return oracle::conv2d(x, parameters[0], parameters[1], 1, 1);
+        },
+        random);
+  }
+}
+
 TEST_P(LayerBackward, Linear) {
   Random random(12);
   for (const int batch : {1, 2, 9}) {

@@ -29,14 +29,15 @@ constexpr int kColumns = 2 * kLanes;  // a micro-tile is two vectors wide
 constexpr int kMaxRows = kLanes == 16 ? 14 : (HWY_ARCH_ARM ? 12 : 6);
 
 /// Where a micro-tile reads and writes, and what it does on the way.
-/// A comes in chunks of consecutive k: with r = kRowStride, element (i, k) stands at
-/// a[(k / chunk) * a_chunk + i * r + k % chunk], where `chunk` is kLanes unless told otherwise.
+/// A comes in chunks of k: with r = kRowStride, element (i, k) stands at
+/// a[(k / chunk) * a_chunk + i * r + (k % chunk) * a_step].
 /// Vector j of row k of B stands at b[k * b_step + j * b_vector], vector j of row i of C at
 /// c[i * c_row + j * c_vector].
 struct MicroTile {
   const float* a;
-  std::ptrdiff_t a_chunk;
-  int chunk = kLanes;
+  std::ptrdiff_t a_chunk = 0;
+  std::ptrdiff_t a_step = 1;
+  std::int64_t chunk = kLanes;
   const float* b;
   std::ptrdiff_t b_step;
   std::ptrdiff_t b_vector;
@@ -64,11 +65,12 @@ HWY_NOINLINE void RunMicroTile(const MicroTile& tile) {
   const float* HWY_RESTRICT b0 = tile.b;
   const float* HWY_RESTRICT b1 = tile.b + tile.b_vector;
   const std::ptrdiff_t b_step = tile.b_step;
+  const std::ptrdiff_t a_step = tile.a_step;
   const float* chunk = tile.a;
   for (std::int64_t left = tile.k; left > 0; left -= tile.chunk, chunk += tile.a_chunk) {
     const float* HWY_RESTRICT a = chunk;
-    const float* const end = a + std::min<std::int64_t>(left, tile.chunk);
-    for (; a != end; ++a, b0 += b_step, b1 += b_step) {
+    for (std::int64_t steps = std::min(left, tile.chunk); steps > 0;
+         --steps, a += a_step, b0 += b_step, b1 += b_step) {
       const FloatVec vb0 = hn::LoadU(d, b0);
       const FloatVec vb1 = hn::LoadU(d, b1);
 #pragma GCC unroll 16

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+
 #include "sdmt/nn/tensor.h"
 
 namespace sdmt::nn {
@@ -27,6 +29,7 @@ class WinogradWeights {
   int in_channels() const { return in_; }
   int out_channels() const { return out_; }
   const float* data() const { return values_.data(); }
+  std::size_t size() const { return values_.size(); }
 
  private:
   int in_ = 0;

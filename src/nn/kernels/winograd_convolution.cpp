@@ -7,13 +7,12 @@
 
 #include "kernels/scratch.h"
 #include "kernels/winograd.h"
-#include "kernels/winograd_geometry.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/winograd_convolution.cpp"
 #include <hwy/foreach_target.h>
 // Highway's order: the per-target headers come after foreach_target.h.
-#include "kernels/winograd_transform-inl.h"
+#include "kernels/winograd_tile-inl.h"
 
 namespace sdmt::nn {
 #ifndef SDMT_NN_WINOGRAD_CONVOLUTION_ONCE_
@@ -31,50 +30,6 @@ struct WinogradTask {
 HWY_BEFORE_NAMESPACE();
 namespace sdmt::nn {
 namespace HWY_NAMESPACE {
-
-/// Transforms input tile `tile` of x into column `slot` of a block of `slots` tiles: the vector
-/// `chunk` of channels of position p goes to v[p * step + (chunk * slots + slot) * kLanes].
-/// `zeros` holds a row of zero pixels.
-HWY_NOINLINE void TransformInputTile(const Tensor& x, const WinogradTiles& tiles, std::int64_t tile,
-                                     int slots, int slot, const float* zeros, float* v,
-                                     std::ptrdiff_t step) {
-  const FloatTag d;
-  const int channels = x.shape().c;
-  const WinogradTiles::Place place = tiles.place(tile);
-  const float* const image = x.image(place.image);
-  InputTile input;
-  input.pixel = channels;
-  input.begin = std::max(0, 1 - place.left);
-  input.end = std::min(kWindow, tiles.width + 1 - place.left);
-  for (int i = 0; i < kWindow; ++i) {
-    const int row = place.top - 1 + i;
-    input.rows[i] = row < 0 || row >= tiles.height
-                        ? zeros
-                        : image + (std::ptrdiff_t{row} * tiles.width + place.left - 1) * channels;
-  }
-  float* to = v + static_cast<std::ptrdiff_t>(slot) * kLanes;
-  const std::ptrdiff_t chunk_step = static_cast<std::ptrdiff_t>(slots) * kLanes;
-  int channel = 0;
-  for (; channel + kLanes <= channels; channel += kLanes, to += chunk_step) {
-    TransformInput(input, to, step);
-    for (const float*& row : input.rows) row += kLanes;
-  }
-  if (channel == channels) return;
-  // The last channels do not fill a vector: from a copy with zeros in the other lanes.
-  alignas(64) float pixels[kWindow][kWindow][kLanes];
-  for (int i = 0; i < kWindow; ++i) {
-    for (int j = 0; j < kWindow; ++j) {
-      const bool inside = j >= input.begin && j < input.end;
-      const float* from = input.rows[i] + static_cast<std::ptrdiff_t>(j) * channels;
-      hn::Store(inside ? LoadSome(from, channels - channel) : hn::Zero(d), d, pixels[i][j]);
-    }
-    input.rows[i] = pixels[i][0];
-  }
-  input.pixel = kLanes;
-  input.begin = 0;
-  input.end = kWindow;
-  TransformInput(input, to, step);
-}
 
 /// What an output tile needs to know besides the values.
 struct OutputTile {
@@ -169,35 +124,31 @@ HWY_NOINLINE void TransformOutputTile(const WinogradTask& task, std::int64_t ind
 void ConvolveTiles(const WinogradTask& task, std::int64_t first, int slots) {
   const int in = task.weights.in_channels();
   const int panels = (task.weights.out_channels() + kColumns - 1) / kColumns;
-  const auto positions_apart = [slots](int vectors) {
-    // An odd number of cache lines, so that the 36 positions fall into different cache sets.
-    return static_cast<std::ptrdiff_t>((vectors * slots) | 1) * kLanes;
-  };
-  const std::ptrdiff_t v_step = positions_apart((in + kLanes - 1) / kLanes);
-  const std::ptrdiff_t m_step = positions_apart(2 * panels);
-  float* const v =
-      thread_scratch(ScratchUse::packed_a, static_cast<std::size_t>(kPositions * v_step));
+  // The products of position p are written over the transformed tiles of position p - 1, which are
+  // no longer needed: half the memory, so that more of it stays in the level-2 cache.
+  const std::ptrdiff_t step = PositionStep(std::max(VectorsOf(in), 2 * panels), slots);
   float* const m =
-      thread_scratch(ScratchUse::accumulators, static_cast<std::size_t>(kPositions * m_step));
+      thread_scratch(ScratchUse::packed_a, static_cast<std::size_t>((kPositions + 1) * step));
+  float* const v = m + step;
   float* const zeros =
       thread_scratch(ScratchUse::columns, static_cast<std::size_t>(kWindow) * (in + kLanes));
   std::fill_n(zeros, kWindow * (in + kLanes), 0.0F);
   for (int slot = 0; slot < slots; ++slot) {
-    TransformInputTile(task.x, task.tiles, first + slot, slots, slot, zeros, v, v_step);
+    TransformInputTile(task.x, task.tiles, first + slot, slots, slot, zeros, v, step);
   }
   const int panel_rows = EvenRows(slots);
   const std::ptrdiff_t panel_size = static_cast<std::ptrdiff_t>(in) * kColumns;
+  const float* b = task.weights.data();
   for (int p = 0; p < kPositions; ++p) {
-    for (int row = 0; row < slots; row += panel_rows) {
-      const float* b = task.weights.data() + p * panels * panel_size;
-      for (int panel = 0; panel < panels; ++panel, b += panel_size) {
+    for (int panel = 0; panel < panels; ++panel, b += panel_size) {
+      for (int row = 0; row < slots; row += panel_rows) {
         RunMicroTile(std::min(panel_rows, slots - row),
-                     MicroTile{.a = v + p * v_step + static_cast<std::ptrdiff_t>(row) * kLanes,
+                     MicroTile{.a = v + p * step + static_cast<std::ptrdiff_t>(row) * kLanes,
                                .a_chunk = static_cast<std::ptrdiff_t>(slots) * kLanes,
                                .b = b,
                                .b_step = kColumns,
                                .b_vector = kLanes,
-                               .c = m + p * m_step +
+                               .c = m + p * step +
                                     static_cast<std::ptrdiff_t>(2 * panel * slots + row) * kLanes,
                                .c_row = kLanes,
                                .c_vector = static_cast<std::ptrdiff_t>(slots) * kLanes,
@@ -206,7 +157,7 @@ void ConvolveTiles(const WinogradTask& task, std::int64_t first, int slots) {
     }
   }
   for (int slot = 0; slot < slots; ++slot) {
-    TransformOutputTile(task, first + slot, slots, slot, m, m_step);
+    TransformOutputTile(task, first + slot, slots, slot, m, step);
   }
 }
 
@@ -226,12 +177,12 @@ void winograd_convolution(const Tensor& x, const WinogradWeights& weights,
   const int shrink = epilogue.max_pool ? 2 : 1;
   y.resize({in.n, in.h / shrink, in.w / shrink, weights.out_channels()});
   const WinogradTask task{x, weights, epilogue, y, WinogradTiles(in)};
-  // A block's transformed tiles should stay in the level-2 cache, while enough of them share one
-  // pass over the weights; a multiple of the matrix kernel's rows. Every thread gets as many
-  // blocks.
-  constexpr std::int64_t kMostSlots = 28;
+  // A block's transformed tiles should stay in the level-2 cache; where the weights do not, more
+  // tiles have to share one pass over them. Every thread gets as many blocks.
+  constexpr std::size_t kLargeWeights = 1 << 20;  // values
+  const std::int64_t most_slots = weights.size() > kLargeWeights ? 56 : 28;
   const std::int64_t threads = omp_get_max_threads();
-  std::int64_t blocks = (task.tiles.count + kMostSlots - 1) / kMostSlots;
+  std::int64_t blocks = (task.tiles.count + most_slots - 1) / most_slots;
   blocks = std::min(task.tiles.count, (blocks + threads - 1) / threads * threads);
 #pragma omp parallel for schedule(dynamic)
   for (std::int64_t block = 0; block < blocks; ++block) {

@@ -58,11 +58,20 @@ class Conv2d : public Layer {
   void forward_fused(const Tensor& x, Tensor& y, Fusion fusion);
   /// Does not read y.
   void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
+  /// backward() through this layer and a ReLU below it, whose result x is: dx is the gradient
+  /// before that ReLU.
+  void backward_through_relu(const Tensor& x, const Tensor& dy, Tensor& dx);
   std::vector<Parameter*> parameters() override;
   void parameters_changed() override;
 
  private:
-  bool uses_winograd() const;
+  enum class Algorithm { winograd, rgb, im2col };
+  Algorithm algorithm() const;
+  void forward_im2col(const Tensor& x, const float* bias, bool relu, Tensor& y);
+  void add_parameter_gradients(const Tensor& x, const Tensor& dy);
+  void weight_gradient_im2col(const Tensor& x, const Tensor& dy, float* gradient);
+  void input_gradient_winograd(const Tensor& dy, const Tensor* mask, Tensor& dx);
+  void input_gradient_im2col(const Tensor& x, const Tensor& dy, Tensor& dx);
 
   Conv2dOptions options_;
   Parameter weight_;

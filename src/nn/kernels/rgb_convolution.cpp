@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernels/rgb_convolution.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "kernels/scratch.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/rgb_convolution.cpp"
+#include <hwy/foreach_target.h>
+// Highway's order: the per-target headers come after foreach_target.h.
+#include "kernels/micro_kernel-inl.h"
+
+namespace sdmt::nn {
+#ifndef SDMT_NN_RGB_CONVOLUTION_ONCE_
+#define SDMT_NN_RGB_CONVOLUTION_ONCE_
+constexpr int kRgb = 3;
+constexpr int kRowTaps = 3 * kRgb;  // values of one row of a window
+constexpr int kTaps = 3 * kRowTaps;
+constexpr int kBandRows = 8;  // output rows that a thread works on at a time
+/// Sums of a weight gradient for one image: [27][out] and [out] for the bias.
+constexpr std::size_t gradient_values(int out) {
+  return static_cast<std::size_t>(kTaps + 1) * static_cast<std::size_t>(out);
+}
+#endif
+}  // namespace sdmt::nn
+
+HWY_BEFORE_NAMESPACE();
+namespace sdmt::nn {
+namespace HWY_NAMESPACE {
+
+bool FillsPanels(int out_channels) { return out_channels % kColumns == 0; }
+
+/// Rows [top - 1, top + rows + 1) of an image with a pixel of zeros on either side.
+const float* PadBand(const Tensor& x, int image, int top, int rows) {
+  const Shape shape = x.shape();
+  const std::size_t width = static_cast<std::size_t>(shape.w) * kRgb;
+  const std::size_t padded_width = width + 2 * kRgb;
+  const std::size_t padded_rows = static_cast<std::size_t>(rows) + 2;
+  float* const band = thread_scratch(ScratchUse::padded, padded_rows * padded_width);
+  std::fill_n(band, padded_rows * padded_width, 0.0F);
+  for (int row = std::max(0, top - 1); row < std::min(shape.h, top + rows + 1); ++row) {
+    std::copy_n(x.image(image) + static_cast<std::size_t>(row) * width, width,
+                band + static_cast<std::size_t>(row - top + 1) * padded_width + kRgb);
+  }
+  return band;
+}
+
+/// packed: [panel][27][kColumns].
+void PackRgbWeights(const Tensor& weight, float* packed) {
+  const int out = weight.shape().n;
+  for (int o = 0; o < out; ++o) {
+    float* const to = packed + o / kColumns * kColumns * kTaps + o % kColumns;
+    for (int tap = 0; tap < kTaps; ++tap) to[tap * kColumns] = weight.data()[o * kTaps + tap];
+  }
+}
+
+void ConvolveRgbBand(const Tensor& x, const float* packed, const float* bias, bool relu, Tensor& y,
+                     int image, int top) {
+  const Shape shape = y.shape();
+  const int rows = std::min(kBandRows, shape.h - top);
+  const std::ptrdiff_t padded_width = std::ptrdiff_t{shape.w + 2} * kRgb;
+  const float* const band = PadBand(x, image, top, rows);
+  const int pixels = EvenRows(shape.w);
+  for (int row = 0; row < rows; ++row) {
+    for (int left = 0; left < shape.w; left += pixels) {
+      float* const to = y.image(image) + (std::ptrdiff_t{top + row} * shape.w + left) * shape.c;
+      for (int column = 0; column < shape.c; column += kColumns) {
+        RunMicroTile<kRgb>(std::min(pixels, shape.w - left),
+                           MicroTile{.a = band + row * padded_width + left * kRgb,
+                                     .a_chunk = padded_width,
+                                     .chunk = kRowTaps,
+                                     .b = packed + std::ptrdiff_t{column} * kTaps,
+                                     .b_step = kColumns,
+                                     .b_vector = kLanes,
+                                     .c = to + column,
+                                     .c_row = shape.c,
+                                     .c_vector = kLanes,
+                                     .k = kTaps,
+                                     .bias = bias == nullptr ? nullptr : bias + column,
+                                     .relu = relu});
+      }
+    }
+  }
+}
+
+/// sums [28][out]: 27 taps, then the bias, of one image.
+void RgbImageGradient(const Tensor& x, const Tensor& dy, int image, float* sums) {
+  const Shape shape = dy.shape();
+  const std::ptrdiff_t padded_width = std::ptrdiff_t{shape.w + 2} * kRgb;
+  const float one = 1.0F;
+  std::fill_n(sums, gradient_values(shape.c), 0.0F);
+  for (int top = 0; top < shape.h; top += kBandRows) {
+    const int rows = std::min(kBandRows, shape.h - top);
+    const float* const band = PadBand(x, image, top, rows);
+    for (int row = 0; row < rows; ++row) {
+      const float* const from = dy.image(image) + std::ptrdiff_t{top + row} * shape.w * shape.c;
+      for (int column = 0; column < shape.c; column += kColumns) {
+        MicroTile tile{.a = &one,
+                       .a_step = 0,
+                       .chunk = shape.w,
+                       .b = from + column,
+                       .b_step = shape.c,
+                       .b_vector = kLanes,
+                       .c = sums + std::ptrdiff_t{kTaps} * shape.c + column,
+                       .c_row = shape.c,
+                       .c_vector = kLanes,
+                       .k = shape.w,
+                       .accumulate = true};
+        RunMicroTile<1, 1>(tile);
+        tile.a_step = kRgb;
+        for (int tap = 0; tap < kTaps; tap += kRgb) {
+          tile.a = band + (row + tap / kRowTaps) * padded_width + tap % kRowTaps;
+          tile.c = sums + std::ptrdiff_t{tap} * shape.c + column;
+          RunMicroTile<kRgb, 1>(tile);
+        }
+      }
+    }
+  }
+}
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace sdmt::nn
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace sdmt::nn {
+
+HWY_EXPORT(FillsPanels);
+HWY_EXPORT(PackRgbWeights);
+HWY_EXPORT(ConvolveRgbBand);
+HWY_EXPORT(RgbImageGradient);
+
+bool has_rgb_convolution(int out_channels) {
+  return HWY_DYNAMIC_DISPATCH(FillsPanels)(out_channels);
+}
+
+void rgb_convolution(const Tensor& x, const Tensor& weight, const float* bias, bool relu,
+                     Tensor& y) {
+  const Shape in = x.shape();
+  y.resize({in.n, in.h, in.w, weight.shape().n});
+  float* const packed = thread_scratch(ScratchUse::packed_b, weight.size());
+  HWY_DYNAMIC_DISPATCH(PackRgbWeights)(weight, packed);
+#pragma omp parallel for collapse(2) schedule(dynamic)
+  for (int image = 0; image < in.n; ++image) {
+    for (int top = 0; top < in.h; top += kBandRows) {
+      HWY_DYNAMIC_DISPATCH(ConvolveRgbBand)(x, packed, bias, relu, y, image, top);
+    }
+  }
+}
+
+void rgb_weight_gradient(const Tensor& x, const Tensor& dy, float* weight_gradient,
+                         float* bias_gradient) {
+  const Shape shape = dy.shape();
+  const std::size_t values = gradient_values(shape.c);
+  float* const sums =
+      thread_scratch(ScratchUse::accumulators, values * static_cast<std::size_t>(shape.n));
+#pragma omp parallel for schedule(dynamic)
+  for (int image = 0; image < shape.n; ++image) {
+    HWY_DYNAMIC_DISPATCH(RgbImageGradient)
+    (x, dy, image, sums + static_cast<std::size_t>(image) * values);
+  }
+  std::vector<double> total(values, 0.0);
+  for (int image = 0; image < shape.n; ++image) {
+    const float* const from = sums + static_cast<std::size_t>(image) * values;
+    for (std::size_t i = 0; i < values; ++i) total[i] += from[i];
+  }
+  for (int o = 0; o < shape.c; ++o) {
+    const auto value = [&](int row) {
+      return static_cast<float>(total[static_cast<std::size_t>(row * shape.c + o)]);
+    };
+    for (int tap = 0; tap < kTaps; ++tap) weight_gradient[o * kTaps + tap] += value(tap);
+    if (bias_gradient != nullptr) bias_gradient[o] += value(kTaps);
+  }
+}
+
+}  // namespace sdmt::nn
+#endif

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "kernels/gemm.h"
+
+namespace sdmt::nn {
+
+/// C = X W^T for X [m,k] and W [n,k], both dense: a fully connected layer. Reads W once, where it
+/// lies, at the speed of memory when m is small. Each value is summed in an order that k alone
+/// fixes.
+void multiply_rows(std::int64_t m, std::int64_t n, std::int64_t k, const float* x, const float* w,
+                   ProductView c);
+
+}  // namespace sdmt::nn

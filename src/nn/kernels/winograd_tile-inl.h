@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reading input tiles out of an image, for the convolution and its weight gradient. Included like
+// micro_kernel-inl.h.
+#if defined(SDMT_NN_WINOGRAD_TILE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef SDMT_NN_WINOGRAD_TILE_INL_H_
+#undef SDMT_NN_WINOGRAD_TILE_INL_H_
+#else
+#define SDMT_NN_WINOGRAD_TILE_INL_H_
+#endif
+
+#include <algorithm>
+
+#include "kernels/winograd_geometry.h"
+#include "kernels/winograd_transform-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sdmt::nn {
+namespace HWY_NAMESPACE {
+
+/// Floats from one position to the next in a block of `slots` tiles of `vectors` vectors of
+/// channels: an odd number of vectors, so that the 36 positions fall into different sets of the
+/// caches.
+HWY_INLINE std::ptrdiff_t PositionStep(int vectors, std::int64_t slots) {
+  return static_cast<std::ptrdiff_t>((vectors * slots) | 1) * kLanes;
+}
+
+HWY_INLINE int VectorsOf(int channels) { return (channels + kLanes - 1) / kLanes; }
+
+/// Transforms input tile `tile` of x into column `slot` of a block of `slots` tiles: the vector
+/// `chunk` of channels of position p goes to v[p * step + (chunk * slots + slot) * kLanes].
+/// `zeros` holds a row of zero pixels.
+inline HWY_NOINLINE void TransformInputTile(const Tensor& x, const WinogradTiles& tiles,
+                                            std::int64_t tile, int slots, int slot,
+                                            const float* zeros, float* v, std::ptrdiff_t step) {
+  const FloatTag d;
+  const int channels = x.shape().c;
+  const WinogradTiles::Place place = tiles.place(tile);
+  const float* const image = x.image(place.image);
+  InputTile input;
+  input.pixel = channels;
+  input.begin = std::max(0, 1 - place.left);
+  input.end = std::min(kWindow, tiles.width + 1 - place.left);
+  for (int i = 0; i < kWindow; ++i) {
+    const int row = place.top - 1 + i;
+    input.rows[i] = row < 0 || row >= tiles.height
+                        ? zeros
+                        : image + (std::ptrdiff_t{row} * tiles.width + place.left - 1) * channels;
+  }
+  float* to = v + static_cast<std::ptrdiff_t>(slot) * kLanes;
+  const std::ptrdiff_t chunk_step = static_cast<std::ptrdiff_t>(slots) * kLanes;
+  int channel = 0;
+  for (; channel + kLanes <= channels; channel += kLanes, to += chunk_step) {
+    TransformInput(input, to, step);
+    for (const float*& row : input.rows) row += kLanes;
+  }
+  if (channel == channels) return;
+  // The last channels do not fill a vector: from a copy with zeros in the other lanes.
+  alignas(64) float pixels[kWindow][kWindow][kLanes];
+  for (int i = 0; i < kWindow; ++i) {
+    for (int j = 0; j < kWindow; ++j) {
+      const bool inside = j >= input.begin && j < input.end;
+      const float* from = input.rows[i] + static_cast<std::ptrdiff_t>(j) * channels;
+      hn::Store(inside ? LoadSome(from, channels - channel) : hn::Zero(d), d, pixels[i][j]);
+    }
+    input.rows[i] = pixels[i][0];
+  }
+  input.pixel = kLanes;
+  input.begin = 0;
+  input.end = kWindow;
+  TransformInput(input, to, step);
+}
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace sdmt::nn
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+
+#include "kernels/scratch.h"
+#include "kernels/winograd.h"
+#include "kernels/winograd_geometry.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/winograd_weight_gradient.cpp"
+#include <hwy/foreach_target.h>
+// Highway's order: the per-target headers come after foreach_target.h.
+#include "kernels/winograd_tile-inl.h"
+
+// The gradient of the transformed weights at position p is the product, summed over tiles, of the
+// transformed input tile and of the output gradient taken to the same domain by the adjoint of the
+// output transform: 36 matrix products [in, tiles] x [tiles, out]. A block of tiles is transformed
+// by all threads, then multiplied by all threads, which share the products among them, so that the
+// order of every sum is fixed.
+
+namespace sdmt::nn {
+#ifndef SDMT_NN_WINOGRAD_WEIGHT_GRADIENT_ONCE_
+#define SDMT_NN_WINOGRAD_WEIGHT_GRADIENT_ONCE_
+struct WinogradGradientTask {
+  const Tensor& x;
+  const Tensor& dy;
+  WinogradTiles tiles;
+  std::int64_t first = 0;  // tile of the block
+  int slots = 0;           // tiles in the block
+  float* v = nullptr;      // transformed x
+  float* d = nullptr;      // transformed dy, and its plain sums over a tile as position 36
+  float* sums = nullptr;  // [36][in][out], both filled up to whole vectors; then [out] for the bias
+};
+#endif
+}  // namespace sdmt::nn
+
+HWY_BEFORE_NAMESPACE();
+namespace sdmt::nn {
+namespace HWY_NAMESPACE {
+
+constexpr int kSumPosition = kPositions;
+
+/// Extents of the arrays of a block, in floats.
+struct GradientLayout {
+  int in, out;  // channels, filled up to whole vectors and panels
+  std::ptrdiff_t v_step, d_step;
+};
+
+HWY_INLINE GradientLayout LayoutOf(const WinogradGradientTask& task) {
+  const int in = VectorsOf(task.x.shape().c);
+  const int out = 2 * ((task.dy.shape().c + kColumns - 1) / kColumns);
+  return {in * kLanes, out * kLanes, PositionStep(in, task.slots), PositionStep(out, task.slots)};
+}
+
+/// Floats that v, d and sums need for blocks of `slots` tiles.
+void GradientScratch(const WinogradGradientTask& task, std::size_t (&floats)[3]) {
+  const GradientLayout layout = LayoutOf(task);
+  floats[0] = static_cast<std::size_t>(layout.v_step) * kPositions;
+  floats[1] = static_cast<std::size_t>(layout.d_step) * (kPositions + 1);
+  floats[2] = static_cast<std::size_t>(layout.in) * layout.out * kPositions + layout.out;
+}
+
+HWY_NOINLINE void TransformGradientTile(const WinogradGradientTask& task, int slot,
+                                        std::ptrdiff_t step) {
+  const FloatTag d;
+  const Shape shape = task.dy.shape();
+  const WinogradTiles::Place place = task.tiles.place(task.first + slot);
+  const int rows = std::min(kTile, shape.h - place.top);
+  const int columns = std::min(kTile, shape.w - place.left);
+  const float* const corner =
+      task.dy.image(place.image) + (std::ptrdiff_t{place.top} * shape.w + place.left) * shape.c;
+  for (int channel = 0; channel < shape.c; channel += kLanes) {
+    const int count = std::min(kLanes, shape.c - channel);
+    float* const to =
+        task.d + static_cast<std::ptrdiff_t>(channel / kLanes * task.slots + slot) * kLanes;
+    FloatVec total = hn::Zero(d);
+    FloatVec spread[kTile][kWindow];  // dy spread along the rows
+#pragma GCC unroll 4
+    for (int i = 0; i < kTile; ++i) {
+      FloatVec y[kTile];
+#pragma GCC unroll 4
+      for (int j = 0; j < kTile; ++j) {
+        const bool inside = i < rows && j < columns;
+        const float* from = corner + (std::ptrdiff_t{i} * shape.w + j) * shape.c + channel;
+        y[j] = inside ? LoadSome(from, count) : hn::Zero(d);
+      }
+      total = hn::Add(total, hn::Add(hn::Add(y[0], y[1]), hn::Add(y[2], y[3])));
+      SpreadGradient(y, spread[i]);
+    }
+#pragma GCC unroll 6
+    for (int j = 0; j < kWindow; ++j) {
+      const FloatVec y[kTile] = {spread[0][j], spread[1][j], spread[2][j], spread[3][j]};
+      FloatVec m[kWindow];
+      SpreadGradient(y, m);
+#pragma GCC unroll 6
+      for (int i = 0; i < kWindow; ++i) hn::Store(m[i], d, to + (i * kWindow + j) * step);
+    }
+    hn::Store(total, d, to + kSumPosition * step);
+  }
+}
+
+void TransformGradientTiles(const WinogradGradientTask& task, int first_slot, int end_slot) {
+  const GradientLayout layout = LayoutOf(task);
+  const int in = task.x.shape().c;
+  const std::size_t row = static_cast<std::size_t>(kWindow) * (in + kLanes);
+  float* const zeros = thread_scratch(ScratchUse::columns, row);
+  std::fill_n(zeros, row, 0.0F);
+  for (int slot = first_slot; slot < end_slot; ++slot) {
+    TransformInputTile(task.x, task.tiles, task.first + slot, task.slots, slot, zeros, task.v,
+                       layout.v_step);
+    TransformGradientTile(task, slot, layout.d_step);
+  }
+}
+
+/// Products of all tiles of the block at one position, for all channels of x.
+void MultiplyGradientPosition(const WinogradGradientTask& task, int position) {
+  constexpr int kRows = kLanes > 8 ? 8 : std::min(kLanes, 4);
+  const GradientLayout layout = LayoutOf(task);
+  const std::ptrdiff_t vector_step = static_cast<std::ptrdiff_t>(task.slots) * kLanes;
+  const float* const v = task.v + position * layout.v_step;
+  const float* const d = task.d + position * layout.d_step;
+  float* const sums = task.sums + static_cast<std::ptrdiff_t>(position) * layout.in * layout.out;
+  for (int o = 0; o < layout.out; o += kColumns) {
+    for (int i = 0; i < layout.in; i += kRows) {
+      RunMicroTile<kRows, 1>(MicroTile{.a = v + i / kLanes * vector_step + i % kLanes,
+                                       .a_step = kLanes,
+                                       .chunk = task.slots,
+                                       .b = d + o / kLanes * vector_step,
+                                       .b_step = kLanes,
+                                       .b_vector = vector_step,
+                                       .c = sums + static_cast<std::ptrdiff_t>(i) * layout.out + o,
+                                       .c_row = layout.out,
+                                       .c_vector = kLanes,
+                                       .k = task.slots,
+                                       .accumulate = task.first > 0});
+    }
+  }
+}
+
+/// The bias's share of the block.
+void SumGradientBlock(const WinogradGradientTask& task) {
+  const FloatTag d;
+  const GradientLayout layout = LayoutOf(task);
+  float* const sums = task.sums + static_cast<std::ptrdiff_t>(kPositions) * layout.in * layout.out;
+  const float* from = task.d + kSumPosition * layout.d_step;
+  for (int o = 0; o < VectorsOf(task.dy.shape().c); ++o) {
+    FloatVec total = hn::Zero(d);
+    for (int slot = 0; slot < task.slots; ++slot, from += kLanes) {
+      total = hn::Add(total, hn::Load(d, from));
+    }
+    float* const sum = sums + o * kLanes;
+    hn::Store(task.first == 0 ? total : hn::Add(hn::Load(d, sum), total), d, sum);
+  }
+}
+
+/// G^T u for six values: the adjoint of the weight transform.
+HWY_INLINE void GatherTaps(const FloatVec (&u)[kWindow], FloatVec (&g)[3]) {
+  const FloatTag d;
+  const FloatVec inner = hn::Mul(hn::Add(u[1], u[2]), hn::Set(d, -1.0F / 1.5F));
+  const FloatVec outer = hn::Mul(hn::Add(u[3], u[4]), hn::Set(d, 1.0F / 6.0F));
+  const FloatVec inner_odd = hn::Mul(hn::Sub(u[1], u[2]), hn::Set(d, -kHalfRoot / 1.5F));
+  g[0] = hn::Add(u[0], hn::Add(inner, outer));
+  g[1] = hn::MulAdd(hn::Sub(u[3], u[4]), hn::Set(d, kRoot / 6.0F), inner_odd);
+  g[2] = hn::Add(hn::MulAdd(inner, hn::Set(d, 0.5F), hn::Add(outer, outer)), u[5]);
+}
+
+/// Adds the taps of all outputs for input channel i to weight_gradient [out,3,3,in].
+void FinishGradient(const WinogradGradientTask& task, int i, float* weight_gradient) {
+  const FloatTag d;
+  const GradientLayout layout = LayoutOf(task);
+  const int out = task.dy.shape().c;
+  const std::ptrdiff_t in = task.x.shape().c;
+  const std::ptrdiff_t position = static_cast<std::ptrdiff_t>(layout.in) * layout.out;
+  for (int o = 0; o < out; o += kLanes) {
+    const float* const sums = task.sums + static_cast<std::ptrdiff_t>(i) * layout.out + o;
+    FloatVec half[kWindow][3];
+#pragma GCC unroll 6
+    for (int p = 0; p < kWindow; ++p) {
+      FloatVec u[kWindow];
+#pragma GCC unroll 6
+      for (int q = 0; q < kWindow; ++q) u[q] = hn::Load(d, sums + (p * kWindow + q) * position);
+      GatherTaps(u, half[p]);
+    }
+    alignas(64) float taps[9][kLanes];
+#pragma GCC unroll 3
+    for (int b = 0; b < 3; ++b) {
+      const FloatVec u[kWindow] = {half[0][b], half[1][b], half[2][b],
+                                   half[3][b], half[4][b], half[5][b]};
+      FloatVec g[3];
+      GatherTaps(u, g);
+#pragma GCC unroll 3
+      for (int a = 0; a < 3; ++a) hn::Store(g[a], d, taps[a * 3 + b]);
+    }
+    const int count = std::min(kLanes, out - o);
+    for (int lane = 0; lane < count; ++lane) {
+      float* const to = weight_gradient + (o + lane) * 9 * in + i;
+      for (int tap = 0; tap < 9; ++tap) to[tap * in] += taps[tap][lane];
+    }
+  }
+}
+
+void AddBiasGradient(const WinogradGradientTask& task, float* bias_gradient) {
+  const GradientLayout layout = LayoutOf(task);
+  const float* const sums =
+      task.sums + static_cast<std::ptrdiff_t>(kPositions) * layout.in * layout.out;
+  for (int o = 0; o < task.dy.shape().c; ++o) bias_gradient[o] += sums[o];
+}
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace sdmt::nn
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace sdmt::nn {
+
+HWY_EXPORT(GradientScratch);
+HWY_EXPORT(TransformGradientTiles);
+HWY_EXPORT(MultiplyGradientPosition);
+HWY_EXPORT(SumGradientBlock);
+HWY_EXPORT(FinishGradient);
+HWY_EXPORT(AddBiasGradient);
+
+void winograd_weight_gradient(const Tensor& x, const Tensor& dy, float* weight_gradient,
+                              float* bias_gradient) {
+  // A block's transformed tiles stay in the level-3 cache; long sums make the accumulators, which
+  // pass through it once a block, cheap.
+  constexpr std::int64_t kBlockValues = 3 << 20;
+  constexpr std::int64_t kSlotsPerTask = 8;
+  const std::int64_t channels = std::int64_t{x.shape().c} + dy.shape().c;
+  WinogradGradientTask task{x, dy, WinogradTiles(x.shape())};
+  const std::int64_t most_slots = std::max<std::int64_t>(64, kBlockValues / (36 * channels));
+  const std::int64_t blocks = (task.tiles.count + most_slots - 1) / most_slots;
+  task.slots = static_cast<int>((task.tiles.count + blocks - 1) / blocks);
+  std::size_t floats[3];
+  HWY_DYNAMIC_DISPATCH(GradientScratch)(task, floats);
+  task.v = thread_scratch(ScratchUse::packed_a, floats[0]);
+  task.d = thread_scratch(ScratchUse::packed_b, floats[1]);
+  task.sums = thread_scratch(ScratchUse::accumulators, floats[2]);
+  // Channels that only fill up a panel are never transformed, only multiplied.
+  std::fill_n(task.d, floats[1], 0.0F);
+  for (std::int64_t block = 0; block < blocks; ++block) {
+    task.first = block * task.tiles.count / blocks;
+    task.slots = static_cast<int>((block + 1) * task.tiles.count / blocks - task.first);
+    const std::int64_t tasks = (task.slots + kSlotsPerTask - 1) / kSlotsPerTask;
+#pragma omp parallel
+    {
+#pragma omp for schedule(dynamic)
+      for (std::int64_t part = 0; part < tasks; ++part) {
+        HWY_DYNAMIC_DISPATCH(TransformGradientTiles)
+        (task, static_cast<int>(part * task.slots / tasks),
+         static_cast<int>((part + 1) * task.slots / tasks));
+      }
+#pragma omp for schedule(dynamic)
+      for (int position = 0; position <= 36; ++position) {
+        if (position < 36) {
+          HWY_DYNAMIC_DISPATCH(MultiplyGradientPosition)(task, position);
+        } else {
+          HWY_DYNAMIC_DISPATCH(SumGradientBlock)(task);
+        }
+      }
+    }
+  }
+#pragma omp parallel for schedule(static)
+  for (int i = 0; i < x.shape().c; ++i) {
+    HWY_DYNAMIC_DISPATCH(FinishGradient)(task, i, weight_gradient);
+  }
+  if (bias_gradient != nullptr) HWY_DYNAMIC_DISPATCH(AddBiasGradient)(task, bias_gradient);
+}
+
+}  // namespace sdmt::nn
+#endif
