@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// Forward, gradients and optimiser steps against PyTorch; tests/parity/make_layers.py made the
+// fixture and says what it holds.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "sdmt/nn/adam.h"
+#include "sdmt/nn/batch_norm.h"
+#include "sdmt/nn/conv2d.h"
+#include "sdmt/nn/l2_normalize.h"
+#include "sdmt/nn/linear.h"
+#include "sdmt/nn/max_pool2d.h"
+#include "sdmt/nn/relu.h"
+#include "sdmt/nn/safetensors.h"
+#include "sdmt/nn/sequential.h"
+#include "sdmt/nn/sgd.h"
+
+namespace sdmt::nn {
+namespace {
+
+class LayerParity : public testing::Test {
+ protected:
+  LayerParity()
+      : fixture_(std::filesystem::path(SDMT_TESTS_DIR) / "nn/fixtures/layers.safetensors"),
+        x_({4, 10, 7, 3}),
+        dy_({4, 1, 1, 16}) {
+    const auto conv = [](int in, int out) {
+      return std::make_unique<Conv2d>(Conv2dOptions{.in_channels = in, .out_channels = out});
+    };
+    net_.add("conv1", conv(3, 32))
+        .add("relu1", std::make_unique<ReLU>())
+        .add("conv2", conv(32, 20))
+        .add("relu2", std::make_unique<ReLU>())
+        .add("pool", std::make_unique<MaxPool2d>())
+        .add("conv3", conv(20, 12))
+        .add("relu3", std::make_unique<ReLU>())
+        .add("fc",
+             std::make_unique<Linear>(LinearOptions{.in_features = 12 * 5 * 3, .out_features = 16}))
+        .add("bn", std::make_unique<BatchNorm>(BatchNormOptions{.num_features = 16}))
+        .add("l2", std::make_unique<L2Normalize>());
+    read("x", x_);
+    read("dy", dy_);
+    for (const NamedParameter& named : net_.named_parameters()) {
+      read("start." + named.name, named.parameter->value);
+    }
+    net_.parameters_changed();
+  }
+
+  void read(const std::string& name, Tensor& to) {
+    const SafetensorsEntry& entry = fixture_.at(name);
+    ASSERT_EQ(entry.count(), to.size()) << name;
+    fixture_.read_floats(entry, to.values());
+  }
+
+  void expect_near(const std::string& name, const Tensor& actual, double tolerance) {
+    Tensor expected(actual.shape());
+    read(name, expected);
+    double largest = 0.0;
+    double worst = 0.0;
+    for (std::size_t i = 0; i < actual.size(); ++i) {
+      largest = std::max(largest, std::abs(static_cast<double>(expected.values()[i])));
+      const double error = std::abs(actual.values()[i] - expected.values()[i]);
+      worst = error <= worst ? worst : error;
+    }
+    EXPECT_LT(worst, tolerance * std::max(largest, 1e-6)) << name;
+  }
+
+  void expect_same_steps(const std::string& kind, Optimizer& optimizer) {
+    // As in the fixture, weight decay acts on everything.
+    for (const NamedParameter& named : net_.named_parameters()) named.parameter->decay = true;
+    for (int step = 0; step < 5; ++step) {
+      optimizer.zero_grad();
+      net_.forward(x_, Mode::training);
+      net_.backward(dy_);
+      optimizer.step();
+      net_.parameters_changed();
+    }
+    for (const NamedParameter& named : net_.named_parameters()) {
+      if (named.name == "fc.bias") continue;  // its gradient is rounding, see above
+      expect_near(kind + "." + named.name, named.parameter->value, 1e-4);
+    }
+    for (const NamedTensor& named : net_.named_buffers()) {
+      expect_near(kind + "." + named.name, *named.tensor, 1e-4);
+    }
+  }
+
+  Safetensors fixture_;
+  Sequential net_;
+  Tensor x_;
+  Tensor dy_;
+};
+
+TEST_F(LayerParity, ForwardAgreesInBothModes) {
+  expect_near("inference", net_.forward(x_, Mode::inference), 1e-5);
+  expect_near("training", net_.forward(x_, Mode::training), 1e-5);
+}
+
+TEST_F(LayerParity, GradientsAgreeByName) {
+  net_.forward(x_, Mode::training);
+  Tensor dx;
+  net_.backward(dy_, &dx);
+  expect_near("dx", dx, 2e-5);
+  for (const NamedParameter& named : net_.named_parameters()) {
+    // The batch normalisation takes away what a bias before it adds: that gradient is rounding.
+    if (named.name == "fc.bias") continue;
+    expect_near("gradient." + named.name, named.parameter->grad, 2e-5);
+  }
+}
+
+TEST_F(LayerParity, SgdStepsAgree) {
+  Sgd sgd(net_.named_parameters(), {.learning_rate = 0.05, .momentum = 0.9, .weight_decay = 0.01});
+  expect_same_steps("sgd", sgd);
+}
+
+TEST_F(LayerParity, AdamStepsAgree) {
+  Adam adam(
+      net_.named_parameters(),
+      {.learning_rate = 0.01, .beta1 = 0.9, .beta2 = 0.99, .eps = 1e-2, .weight_decay = 0.01});
+  expect_same_steps("adam", adam);
+}
+
+}  // namespace
+}  // namespace sdmt::nn
