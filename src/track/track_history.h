@@ -19,8 +19,8 @@ struct OutputRules {
   FillGaps fill;
   int max_fill;
   KalmanFilter smoother;
-  /// Frames of a track smoothed at once: the backward pass is long, and the last of them still looks
-  /// ahead seven eighths of the lag.
+  /// Frames of a track smoothed at once: the backward pass is long, and the last of them still
+  /// looks ahead seven eighths of the lag.
   int smoothing_block;
 };
 

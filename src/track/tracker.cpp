@@ -8,6 +8,7 @@
 
 #include "detection_assignment.h"
 #include "detection_boosting.h"
+#include "embedding_selection.h"
 #include "frame_detections.h"
 #include "track_history.h"
 #include "track_output.h"
@@ -79,6 +80,7 @@ struct Tracker::State {
   const KalmanFilter motion;
   DetectionFilter filter;
   DetectionAssignment assignment;
+  EmbeddingSelection selection;
   DetectionBoosting boosting;
   TrackletAssociation association;
   TrackOutput output;
@@ -90,7 +92,6 @@ struct Tracker::State {
   FrameDetections detections;
   std::vector<Match> matches;
   std::vector<Tlwh> boxes_to_embed;
-  std::vector<std::size_t> index_to_embed;
   Embeddings embeddings;
   TrackerStats stats;
 };
@@ -150,19 +151,15 @@ void Tracker::State::embed(const nn::ImageView* image) {
   }
   if (appearance == nullptr || image == nullptr || image->empty()) return;
   const Stopwatch watch(stats.embed_seconds);
+  const auto& chosen = selection.choose(frame, options, active, detections, assignment.gated());
+  if (chosen.empty()) return;
   boxes_to_embed.clear();
-  index_to_embed.clear();
-  for (std::size_t i = 0; i < detections.size(); ++i) {
-    if (!detections.flags[i].strong) continue;
-    boxes_to_embed.push_back(detections.boxes[i]);
-    index_to_embed.push_back(i);
-  }
-  if (boxes_to_embed.empty()) return;
+  for (const std::size_t i : chosen) boxes_to_embed.push_back(detections.boxes[i]);
   appearance->embed(*image, boxes_to_embed, embeddings);
-  stats.embedded += static_cast<std::int64_t>(boxes_to_embed.size());
-  for (std::size_t i = 0; i < index_to_embed.size(); ++i) {
+  stats.embedded += static_cast<std::int64_t>(chosen.size());
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
     if (embeddings.valid[i]) {
-      detections.set_feature(index_to_embed[i], embeddings.row(i));
+      detections.set_feature(chosen[i], embeddings.row(i));
     } else {
       ++stats.without_embedding;
     }

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "embedding_selection.h"
+
+namespace sdmt::track {
+
+const std::vector<std::size_t>& EmbeddingSelection::choose(int frame, const TrackerOptions& options,
+                                                           const Tracklets& active,
+                                                           const FrameDetections& detections,
+                                                           const std::vector<Overlap>& gated) {
+  detections_near_.assign(active.size(), 0);
+  tracklets_near_.assign(detections.size(), 0);
+  tracklet_of_.assign(detections.size(), -1);
+  for (const Overlap& pair : gated) {
+    ++detections_near_[static_cast<std::size_t>(pair.a)];
+    ++tracklets_near_[static_cast<std::size_t>(pair.b)];
+    tracklet_of_[static_cast<std::size_t>(pair.b)] = pair.a;
+  }
+  chosen_.clear();
+  for (std::size_t i = 0; i < detections.size(); ++i) {
+    if (!detections.flags[i].strong) continue;
+    if (options.embed == EmbedPolicy::needed && tracklets_near_[i] == 1) {
+      const auto near = static_cast<std::size_t>(tracklet_of_[i]);
+      const Tracklet& tracklet = *active[near];
+      const bool known = tracklet.confidence.length >= options.min_length &&
+                         !tracklet.gallery.empty() &&
+                         frame - tracklet.feature_frame < options.embed_refresh;
+      if (detections_near_[near] == 1 && known) continue;
+    }
+    chosen_.push_back(i);
+  }
+  return chosen_;
+}
+
+}  // namespace sdmt::track

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "frame_detections.h"
+#include "overlaps.h"
+#include "sdmt/track/tracker_options.h"
+#include "tracklet.h"
+
+namespace sdmt::track {
+
+/// Chooses the detections of a frame to embed. EmbedPolicy::always: the strong ones.
+/// EmbedPolicy::needed: of those, all but the ones that are
+///  - unambiguous: the detection passes the motion gate of exactly one tracklet, and that
+///  tracklet's
+///    gate is passed by no other detection;
+///  - and continue a known tracklet: it is confirmed (min_length detections) and stored a state
+///  less
+///    than embed_refresh frames ago.
+/// Such a detection is assigned by motion and its appearance is not stored. So births, crossings,
+/// young tracklets and everybody every embed_refresh frames are looked at.
+class EmbeddingSelection {
+ public:
+  /// Indices into `detections`, ascending; the reference holds until the next call.
+  const std::vector<std::size_t>& choose(int frame, const TrackerOptions& options,
+                                         const Tracklets& active, const FrameDetections& detections,
+                                         const std::vector<Overlap>& gated);
+
+ private:
+  std::vector<std::size_t> chosen_;
+  std::vector<int> detections_near_;  // [active] pairs in the gate
+  std::vector<int> tracklets_near_;   // [detections]
+  std::vector<int> tracklet_of_;      // [detections] the last of them
+};
+
+}  // namespace sdmt::track

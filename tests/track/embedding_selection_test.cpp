@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "embedding_selection.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+namespace sdmt::track {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+class Selection : public ::testing::Test {
+ protected:
+  Selection() { options_.embed = EmbedPolicy::needed; }
+
+  Tracklet& add_tracklet(int length = 6, int feature_frame = 99) {
+    auto tracklet = std::make_unique<Tracklet>(1, 1, options_);
+    for (int i = 0; i < length; ++i) tracklet->confidence.add(1, 0);
+    tracklet->gallery.add(std::vector<float>{1});
+    tracklet->feature_frame = feature_frame;
+    active_.push_back(std::move(tracklet));
+    return *active_.back();
+  }
+  void add_detection(bool strong = true) {
+    FrameDetections::Flags flags;
+    flags.strong = strong;
+    detections_.add({}, 1, flags);
+  }
+  const std::vector<std::size_t>& choose() {
+    return selection_.choose(100, options_, active_, detections_, gated_);
+  }
+
+  TrackerOptions options_;
+  Tracklets active_;
+  FrameDetections detections_;
+  std::vector<Overlap> gated_;
+  EmbeddingSelection selection_;
+};
+
+TEST_F(Selection, AlwaysMeansEveryStrongDetection) {
+  options_.embed = EmbedPolicy::always;
+  add_tracklet();
+  add_detection();
+  add_detection(false);
+  add_detection();
+  gated_ = {{0, 0, 0.9}};
+  EXPECT_THAT(choose(), ElementsAre(0, 2));
+}
+
+TEST_F(Selection, WhatContinuesAKnownTrackletIsLeftOut) {
+  add_tracklet();
+  add_detection();
+  gated_ = {{0, 0, 0.9}};
+  EXPECT_THAT(choose(), IsEmpty());
+}
+
+TEST_F(Selection, BirthsAreLookedAt) {
+  add_tracklet();
+  add_detection();
+  EXPECT_THAT(choose(), ElementsAre(0));
+}
+
+TEST_F(Selection, AmbiguityIsLookedAt) {
+  add_tracklet();
+  add_tracklet();
+  add_detection();
+  add_detection();
+  gated_ = {{0, 0, 0.9}, {1, 0, 0.4}, {1, 1, 0.9}};  // two tracklets at one detection and reverse
+  EXPECT_THAT(choose(), ElementsAre(0, 1));
+  gated_ = {{0, 0, 0.9}, {1, 1, 0.9}};
+  EXPECT_THAT(choose(), IsEmpty());
+}
+
+TEST_F(Selection, YoungAndStaleTrackletsAreLookedAt) {
+  add_detection();
+  gated_ = {{0, 0, 0.9}};
+  add_tracklet(5);
+  EXPECT_THAT(choose(), ElementsAre(0));
+  active_.clear();
+  add_tracklet(6, 96);
+  EXPECT_THAT(choose(), IsEmpty());
+  active_.clear();
+  add_tracklet(6, 95);  // embed_refresh is 5
+  EXPECT_THAT(choose(), ElementsAre(0));
+  active_.clear();
+  add_tracklet().gallery = AppearanceGallery(20, GallerySelection::spread);
+  EXPECT_THAT(choose(), ElementsAre(0));
+}
+
+}  // namespace
+}  // namespace sdmt::track
