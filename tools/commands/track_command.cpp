@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -157,6 +159,34 @@ std::string chosen_detections(const std::string& detections, const std::string& 
   return std::filesystem::exists(file) ? file.string() : "hog";
 }
 
+// The detections of a file; says what may be wrong with their scores.
+template <typename Warn>
+track::DetectionFile read_detections(const std::string& path, track::TrackerOptions& options,
+                                     const Warn& warn) {
+  auto file = track::DetectionFile::read(path);
+  if (!options.use_scores || file.size() == 0) return file;
+  if (!file.has_scores()) {
+    options.use_scores = false;
+    warn(path + ": all scores are equal, every detection is taken as certain");
+    return file;
+  }
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (int frame = 1; frame <= file.last_frame(); ++frame) {
+    for (const track::Detection& detection : file.frame(frame)) {
+      low = std::min(low, detection.score);
+      high = std::max(high, detection.score);
+    }
+  }
+  if (!options.calibration && (low < 0 || high > 1)) {
+    warn(
+        fmt::format("{}: scores from {:.4g} to {:.4g} are no probabilities; thresholds may not "
+                    "fit them, see --calibration",
+                    path, low, high));
+  }
+  return file;
+}
+
 void TrackCommand::run() const {
   if (output.empty() && jsonl.empty() && render.empty() && json.empty() && !stats) {
     throw std::invalid_argument(
@@ -186,12 +216,7 @@ void TrackCommand::run() const {
     boxes = std::make_unique<HogDetector>(hog);
     options.calibration.reset();  // its scores are probabilities
   } else {
-    auto file = track::DetectionFile::read(wanted);
-    if (!file.has_scores() && options.use_scores) {
-      options.use_scores = false;
-      if (file.size() > 0) warn(wanted + ": all scores are equal, taken as certain");
-    }
-    boxes = std::make_unique<FileDetections>(std::move(file));
+    boxes = std::make_unique<FileDetections>(read_detections(wanted, options, warn));
   }
 
   // Everything that can be wrong with the outputs is found before the work begins.

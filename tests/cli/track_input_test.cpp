@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+// What sdmt track says about input that is wrong, and what it bears.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <set>
+
+#include "cli/track_scene.h"
+#include "sdmt/track/mot_file.h"
+
+namespace sdmt::tests {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+const std::vector<std::string> kMotion{"--no-appearance"};
+
+class TrackInput : public TrackScene {
+ protected:
+  // Bad input: exit code 2, one line that holds all of `parts`, no output.
+  void expect_refused(const CommandResult& result, const std::vector<std::string>& parts) {
+    EXPECT_EQ(result.exit_code, 2) << result.err;
+    EXPECT_TRUE(result.err.starts_with("sdmt track: ")) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    for (const std::string& part : parts) EXPECT_THAT(result.err, HasSubstr(part));
+    EXPECT_FALSE(has_tracks());
+    for (const std::string& name : folder_.listing()) EXPECT_THAT(name, Not(HasSubstr("tmp")));
+  }
+
+  CommandResult track_rows(const std::string& rows) {
+    const auto sequence = motion_sequence("s", 10, 1);
+    write_file(folder_ / "det.txt", rows);
+    return track(sequence, {"--no-appearance", "--detections", folder_ / "det.txt"});
+  }
+};
+
+TEST_F(TrackInput, WhatIsNotThere) {
+  expect_refused(track(folder_ / "nothing", kMotion), {"nothing", "does not exist"});
+  const auto sequence = motion_sequence("s", 10, 1);
+  expect_refused(track(sequence, {"--no-appearance", "--detections", folder_ / "no.txt"}),
+                 {"no.txt"});
+  expect_refused(track(sequence, {"--model", folder_ / "no.safetensors"}), {"no frames"});
+  expect_refused(track("camera:x", kMotion), {"camera:x"});
+  std::filesystem::create_directories(folder_ / "empty");
+  expect_refused(track(folder_ / "empty", kMotion), {"empty", "images"});
+  write_file(folder_ / "text.mp4", "this is no video");
+  expect_refused(track(folder_ / "text.mp4", kMotion), {"text.mp4", "not a video"});
+}
+
+TEST_F(TrackInput, BrokenModels) {
+  const auto scene = picture_sequence("s", 3);
+  expect_refused(track(scene, {"--model", folder_ / "no.safetensors"}), {"no.safetensors"});
+  write_file(folder_ / "short.safetensors", std::string("\x10\0\0\0", 4));
+  expect_refused(track(scene, {"--model", folder_ / "short.safetensors"}), {"short.safetensors"});
+  write_file(folder_ / "huge.safetensors", std::string(8, '\x7f') + "{}");
+  expect_refused(track(scene, {"--model", folder_ / "huge.safetensors"}), {"huge.safetensors"});
+  const std::string header = R"({"features.0.weight":{"dtype":"F32","shape":[64,3,3,3],)"
+                             R"("data_offsets":[0,6912]}})";
+  std::string length(8, '\0');
+  length[0] = static_cast<char>(header.size());
+  write_file(folder_ / "cut.safetensors", length + header + "only a few bytes");
+  expect_refused(track(scene, {"--model", folder_ / "cut.safetensors"}), {"cut.safetensors"});
+}
+
+TEST_F(TrackInput, BadDetectionRowsAreNamedByLine) {
+  const std::vector<std::pair<std::string, std::string>> rows{
+      {"2,-1,10,10,nan,90,1", "nan"},     {"2,-1,inf,10,40,90,1", "inf"},
+      {"2,-1,10,10,-3,90,1", "width"},    {"2,-1,10,10,40,0,1", "height"},
+      {"2,-1,10,10,forty,90,1", "forty"}, {"2,-1,10,10,40", "column"},
+      {"0,-1,10,10,40,90,1", "frame"},
+  };
+  for (const auto& [row, part] : rows) {
+    SCOPED_TRACE(row);
+    expect_refused(track_rows("1,-1,10,10,40,90,1\n" + row + "\n"), {"det.txt:2:", part});
+  }
+}
+
+TEST_F(TrackInput, UnsortedFramesAndCarriageReturnsDoNotMatter) {
+  const std::string forward =
+      "1,-1,10,10,40,90,.9\n2,-1,11,10,40,90,.8\n3,-1,12,10,40,90,.9\n4,-1,13,10,40,90,.9\n"
+      "5,-1,14,10,40,90,.9\n6,-1,15,10,40,90,.9\n";
+  ASSERT_EQ(track_rows(forward).exit_code, 0);
+  const std::string expected = tracks();
+  EXPECT_THAT(expected, HasSubstr("6,1,"));
+  const std::string shuffled =
+      "5,-1,14,10,40,90,.9\r\n2,-1,11,10,40,90,.8\r\n6,-1,15,10,40,90,.9\r\n1,-1,10,10,40,90,.9\r\n"
+      "4,-1,13,10,40,90,.9\r\n\r\n3,-1,12,10,40,90,.9";
+  ASSERT_EQ(track_rows(shuffled).exit_code, 0);
+  EXPECT_EQ(tracks(), expected);
+}
+
+TEST_F(TrackInput, AnEmptyDetectionFileHasNoTracks) {
+  const auto result = track_rows("");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(tracks(), "");
+  EXPECT_THAT(result.out, HasSubstr("10 frames, 0 detections, 0 tracks"));
+}
+
+TEST_F(TrackInput, SequencesWithoutFramesSayWhatCannotWork) {
+  const auto sequence = motion_sequence("s", 30, 2);
+  expect_refused(track(sequence, {}), {"no frames", "--no-appearance"});
+  expect_refused(track(sequence, {"--no-appearance", "--detections", "hog"}),
+                 {"no frames", "--detections FILE"});
+  expect_refused(track(sequence, {"--no-appearance", "--render", folder_ / "v.mp4"}),
+                 {"no frames", "--render"});
+  EXPECT_EQ(track(sequence, kMotion).exit_code, 0);
+}
+
+TEST_F(TrackInput, BoxesFarOutsideOrHugeAreBorne) {
+  const auto scene = picture_sequence("s", 8);
+  std::string rows;
+  for (int frame = 1; frame <= 8; ++frame) {
+    const std::string f = std::to_string(frame);
+    rows += f + ",-1,1e9,1e9,40,90,.9\n" + f + ",-1,-500,-500,1e9,1e9,.8\n" + f +
+            ",-1,-2147483648,10,40,90,.9\n" + f + ",-1,100,50,0.001,0.001,.9\n" + f +
+            ",-1,100,50,40,90,.9\n";
+  }
+  write_file(folder_ / "det.txt", rows);
+  const auto result =
+      track(scene, {"--appearance", "histogram", "--detections", folder_ / "det.txt", "--boosting",
+                    "--render", folder_ / "v.mp4"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(tracks(), AllOf(HasSubstr("8,"), Not(HasSubstr("nan")), Not(HasSubstr("inf"))));
+}
+
+TEST_F(TrackInput, TinyImagesAreBorne) {
+  for (const cv::Size size : {cv::Size(1, 1), cv::Size(200, 1), cv::Size(1, 200)}) {
+    const std::string images = folder_ / ("i" + std::to_string(size.width + 1000 * size.height));
+    std::filesystem::create_directories(images);
+    std::string rows;
+    for (int frame = 1; frame <= 8; ++frame) {
+      cv::imwrite(images + "/" + std::to_string(frame) + ".png",
+                  cv::Mat(size, CV_8UC3, cv::Scalar(10, 200, 90)));
+      rows += std::to_string(frame) + ",-1,1,1,40,90,.9\n";
+    }
+    write_file(folder_ / "det.txt", rows);
+    auto result = track(images, {"--appearance", "histogram", "--detections", folder_ / "det.txt"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(tracks(), HasSubstr("8,1,"));
+    result = track(images, {"--appearance", "histogram"});  // the people detector's turn
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+  }
+}
+
+TEST_F(TrackInput, AnUnreadableFrameIsNamedAndCounted) {
+  const auto scene = picture_sequence("s", 12);
+  write_file(folder_ / "s/img1/000006.jpg", "not a JPEG");
+  std::filesystem::remove(folder_ / "s/img1/000009.jpg");
+  const auto result = track(scene, {"--appearance", "histogram", "--json", folder_ / "r.json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, AllOf(HasSubstr("000006.jpg"), HasSubstr("000009.jpg")));
+  const auto report = nlohmann::json::parse(read_file(folder_ / "r.json"));
+  EXPECT_EQ(report["frames"], 12);
+  EXPECT_EQ(report["unreadable_frames"], 2);
+}
+
+TEST_F(TrackInput, NothingReadableIsAnError) {
+  const auto scene = picture_sequence("s", 3);
+  for (int frame = 1; frame <= 3; ++frame) {
+    write_file(folder_ / ("s/img1/00000" + std::to_string(frame) + ".jpg"), "no");
+  }
+  const auto result = track(scene, {"--appearance", "histogram"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("none of the 3 frames could be read"));
+  EXPECT_FALSE(has_tracks());
+}
+
+TEST_F(TrackInput, ImageFoldersAreReadInNaturalOrder) {
+  const std::string images = folder_ / "images";
+  std::filesystem::create_directories(images);
+  std::string rows;
+  for (int frame = 1; frame <= 11; ++frame) {
+    // Alphabetically 10.png and 11.png come second; only frame 10 is broken.
+    const std::string file = images + "/" + std::to_string(frame) + ".png";
+    cv::imwrite(file, cv::Mat(60, 80, CV_8UC3, cv::Scalar::all(20.0 * frame)));
+    if (frame == 10) write_file(file, "broken");
+    if (frame >= 6) rows += std::to_string(frame) + ",-1,10,5,20,45,.9\n";
+  }
+  write_file(folder_ / "det.txt", rows);
+  const auto result = track(images, {"--appearance", "histogram", "--detections",
+                                     folder_ / "det.txt", "--render", folder_ / "v.avi"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("10.png"));
+  const auto first = tracks().substr(0, 4);
+  EXPECT_EQ(first, "6,1,");
+}
+
+TEST_F(TrackInput, OptionsOutOfRangeAreNamed) {
+  const auto sequence = motion_sequence("s", 10, 1);
+  expect_refused(track(sequence, {"--no-appearance", "--lambda", "2"}), {"lambda", "2"});
+  expect_refused(track(sequence, {"--no-appearance", "--delay", "soon"}), {"delay", "soon"});
+  expect_refused(track(sequence, {"--no-appearance", "--nms", "wide"}), {"nms", "wide"});
+  expect_refused(track(sequence, {"--no-appearance", "--calibration", "x"}), {"calibration"});
+  const auto idle = run_sdmt({"track", sequence, "--no-appearance"});
+  EXPECT_EQ(idle.exit_code, 2);
+  EXPECT_THAT(idle.err, HasSubstr("--output"));
+}
+
+TEST_F(TrackInput, RawScoresAndMissingScoresAreMentioned) {
+  EXPECT_THAT(track_rows("1,-1,10,10,40,90,-1\n2,-1,11,10,40,90,-1\n").err,
+              HasSubstr("all scores are equal"));
+  EXPECT_THAT(track_rows("1,-1,10,10,40,90,-1\n2,-1,11,10,40,90,42\n").err,
+              HasSubstr("--calibration"));
+}
+
+}  // namespace
+}  // namespace sdmt::tests

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+// What sdmt track leaves behind, also when something goes wrong on the way.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <opencv2/videoio.hpp>
+#include <set>
+#include <sstream>
+
+#include "cli/track_scene.h"
+#include "sdmt/track/mot_file.h"
+
+namespace sdmt::tests {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+
+class TrackOutput : public TrackScene {
+ protected:
+  void expect_no_temporary_files() const {
+    for (const std::string& name : folder_.listing()) EXPECT_THAT(name, Not(HasSubstr("tmp")));
+  }
+};
+
+TEST_F(TrackOutput, AllFormsAgree) {
+  const auto scene = picture_sequence("s", 60);
+  const auto result = track(scene, {"--appearance", "histogram", "--jsonl", folder_ / "t.jsonl",
+                                    "--render", folder_ / "t.mp4", "--json", folder_ / "r.json",
+                                    "--explain", folder_ / "e.csv", "--stats"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("ms/frame"));
+  expect_no_temporary_files();
+
+  const auto rows = track::read_results(folder_ / "tracks.txt");
+  ASSERT_GT(rows.size(), 60u);
+  std::istringstream lines(read_file(folder_ / "t.jsonl"));
+  std::string line;
+  int frame = 0;
+  std::size_t boxes = 0;
+  std::set<int> ids;
+  while (std::getline(lines, line)) {
+    const auto object = json::parse(line);
+    EXPECT_EQ(object["frame"], ++frame);
+    EXPECT_TRUE(object["merges"].is_array());
+    for (const auto& tracked : object["tracks"]) {
+      const auto& row = rows.at(boxes++);
+      EXPECT_EQ(row.frame, frame);
+      EXPECT_EQ(tracked["id"], row.id);
+      EXPECT_NEAR(tracked["box"][0].get<double>(), row.box.left, 0.006);
+      EXPECT_NEAR(tracked["box"][3].get<double>(), row.box.height, 0.006);
+      const auto source = tracked["source"].get<std::string>();
+      EXPECT_TRUE(source == "detected" || source == "interpolated") << source;
+      ids.insert(row.id);
+    }
+  }
+  EXPECT_EQ(frame, 60);
+  EXPECT_EQ(boxes, rows.size());
+
+  const auto report = json::parse(read_file(folder_ / "r.json"));
+  EXPECT_EQ(report["frames"], 60);
+  EXPECT_EQ(report["tracks"], ids.size());
+  EXPECT_GT(report["detections"], 60);
+  EXPECT_GT(report["embedded"], 60);
+  EXPECT_GT(report["hz"], 0);
+  EXPECT_GE(report["hz_without_embedding"], report["hz"]);
+  EXPECT_GT(report["peak_rss_mib"], 1);
+  for (const char* stage : {"embed", "predict", "assign", "boost", "associate", "emit"}) {
+    EXPECT_GE(report["stage_ms"][stage], 0) << stage;
+  }
+
+  cv::VideoCapture video((folder_ / "t.mp4").string());
+  EXPECT_EQ(video.get(cv::CAP_PROP_FRAME_COUNT), 60);
+  EXPECT_EQ(video.get(cv::CAP_PROP_FRAME_WIDTH), 320);
+  EXPECT_THAT(read_file(folder_ / "e.csv"), HasSubstr("frame,older,newer,gap,affinity,verdict"));
+}
+
+TEST_F(TrackOutput, ThreadsAndDelayDoNotChangeAByte) {
+  const auto scene = picture_sequence("s", 150);
+  ASSERT_EQ(track(scene, {"--appearance", "histogram", "--threads", "1"}).exit_code, 0);
+  const std::string expected = tracks();
+  ASSERT_EQ(track(scene, {"--appearance", "histogram", "--threads", "2"}).exit_code, 0);
+  EXPECT_EQ(tracks(), expected);
+  ASSERT_EQ(track(scene, {"--appearance", "histogram", "--delay", "inf"}).exit_code, 0);
+  EXPECT_EQ(tracks(), expected);
+  ASSERT_EQ(track(scene, {"--appearance", "histogram", "--delay", "0"}).exit_code, 0);
+  EXPECT_NE(tracks(), expected);
+}
+
+TEST_F(TrackOutput, ThePeopleDetectorIsDeterministic) {
+  const auto scene = picture_sequence("s", 12);
+  const std::vector<std::string> words{"--appearance", "none",         "--detections",
+                                       "hog",          "--min-length", "1"};
+  auto one = words;
+  one.insert(one.end(), {"--threads", "1"});
+  auto two = words;
+  two.insert(two.end(), {"--threads", "2"});
+  ASSERT_EQ(track(scene, one).exit_code, 0);
+  const std::string expected = tracks();
+  ASSERT_EQ(track(scene, two).exit_code, 0);
+  EXPECT_EQ(tracks(), expected);
+}
+
+TEST_F(TrackOutput, AMissingFolderIsNoticedAtOnce) {
+  const auto sequence = motion_sequence("s", 10, 1);
+  for (const std::string option : {"--output", "--jsonl", "--json", "--explain"}) {
+    const auto result =
+        run_sdmt({"track", sequence, "--no-appearance", "--stats", option, folder_ / "no/file"});
+    EXPECT_EQ(result.exit_code, 2) << option;
+    EXPECT_THAT(result.err, HasSubstr("no/file")) << option;
+  }
+  const auto scene = picture_sequence("p", 2);
+  const auto result =
+      run_sdmt({"track", scene, "--no-appearance", "--render", folder_ / "no/v.mp4"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("no/v.mp4"));
+}
+
+TEST_F(TrackOutput, AFullDiskIsAFailureWhileRunning) {
+  const auto sequence = motion_sequence("s", 400, 3);
+  for (const std::string option : {"--output", "--jsonl", "--json", "--explain"}) {
+    const auto result =
+        run_sdmt({"track", sequence, "--no-appearance", "--stats", option, "/dev/full"});
+    EXPECT_EQ(result.exit_code, 1) << option << result.err;
+    EXPECT_THAT(result.err, HasSubstr("/dev/full")) << option;
+  }
+}
+
+TEST_F(TrackOutput, AnErrorLeavesAnOlderFileAsItWas) {
+  const auto scene = picture_sequence("s", 3);
+  write_file(folder_ / "tracks.txt", "older\n");
+  for (int frame = 1; frame <= 3; ++frame) {
+    write_file(folder_ / ("s/img1/00000" + std::to_string(frame) + ".jpg"), "no");
+  }
+  EXPECT_EQ(track(scene, {"--appearance", "histogram"}).exit_code, 2);
+  EXPECT_EQ(tracks(), "older\n");
+  expect_no_temporary_files();
+}
+
+TEST_F(TrackOutput, CtrlCWritesWhatIsFinal) {
+  // The output does not fit the pipe, so that the command waits for us with most of it undone.
+  const auto sequence = motion_sequence("s", 20000, 3);
+  for (const int signal : {SIGINT, SIGTERM}) {
+    Process process(sdmt_words({"track", sequence, "--no-appearance", "--jsonl", "-", "--output",
+                                folder_ / "tracks.txt"}));
+    EXPECT_EQ(json::parse(process.read_line())["frame"], 1);
+    process.send_signal(signal);
+    const auto result = process.wait();
+    EXPECT_EQ(result.exit_code, 128 + signal) << result.err;
+    const auto rows = track::read_results(folder_ / "tracks.txt");
+    ASSERT_FALSE(rows.empty());
+    EXPECT_LT(rows.back().frame, 20000);
+    // The last line is whole, and both outputs end with the same frame.
+    const auto last = result.out.rfind('\n', result.out.size() - 2);
+    EXPECT_EQ(json::parse(result.out.substr(last + 1))["frame"], rows.back().frame);
+    expect_no_temporary_files();
+  }
+}
+
+}  // namespace
+}  // namespace sdmt::tests

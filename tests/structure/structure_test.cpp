@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rules of the house (CONTRIBUTING.md) that a program can check.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace sdmt::tests {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = fs::path(SDMT_TESTS_DIR).parent_path();
+
+struct SourceFile {
+  std::string name;  // from the root of the project
+  std::string text;
+  std::vector<std::string> includes;  // those in quotes
+};
+
+std::vector<SourceFile> read_sources(const std::string& folder) {
+  static const std::regex kInclude("(^|\n)\\s*#include \"([^\"]+)\"");
+  std::vector<SourceFile> files;
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
+    const auto extension = entry.path().extension();
+    if (extension != ".h" && extension != ".cpp") continue;
+    SourceFile file;
+    file.name = fs::relative(entry.path(), kRoot).string();
+    std::ifstream stream(entry.path());
+    file.text.assign(std::istreambuf_iterator<char>(stream), {});
+    for (std::sregex_iterator match(file.text.begin(), file.text.end(), kInclude), end;
+         match != end; ++match) {
+      file.includes.push_back((*match)[2]);
+    }
+    files.push_back(std::move(file));
+  }
+  std::sort(files.begin(), files.end(),
+            [](const auto& a, const auto& b) { return a.name < b.name; });
+  return files;
+}
+
+// "src/nn/kernels/gemm.h" -> "nn"
+std::string module_of(const std::string& name) {
+  const auto first = name.find('/');
+  if (name.substr(0, first) != "src") return name.substr(0, first);
+  return name.substr(first + 1, name.find('/', first + 1) - first - 1);
+}
+
+const std::map<std::string, std::set<std::string>> kMayInclude{
+    {"nn", {"nn"}},
+    {"track", {"track", "nn"}},
+    {"train", {"train", "nn"}},
+    {"eval", {"eval", "track", "nn"}},
+};
+
+TEST(Structure, ModulesIncludeOnlyWhatTheyMay) {
+  const auto sources = read_sources("src");
+  ASSERT_GT(sources.size(), 50u);
+  for (const SourceFile& file : sources) {
+    const auto& allowed = kMayInclude.at(module_of(file.name));
+    for (const std::string& include : file.includes) {
+      EXPECT_EQ(include.find(".."), std::string::npos) << file.name << " includes " << include;
+      if (!include.starts_with("sdmt/")) continue;
+      const auto module = include.substr(5, include.find('/', 5) - 5);
+      EXPECT_TRUE(allowed.contains(module)) << file.name << " includes " << include;
+    }
+  }
+}
+
+// Depth-first search; returns the first circle as "a -> b -> a", or nothing.
+std::string find_circle(const std::map<std::string, std::set<std::string>>& edges,
+                        const std::string& node, std::vector<std::string>& path,
+                        std::set<std::string>& done) {
+  if (done.contains(node)) return {};
+  const auto seen = std::find(path.begin(), path.end(), node);
+  path.push_back(node);
+  if (seen != path.end() - 1 && seen != path.end()) {
+    std::string circle;
+    for (auto at = std::find(path.begin(), path.end(), node); at != path.end(); ++at) {
+      circle += (circle.empty() ? "" : " -> ") + *at;
+    }
+    return circle;
+  }
+  if (const auto found = edges.find(node); found != edges.end()) {
+    for (const std::string& next : found->second) {
+      auto circle = find_circle(edges, next, path, done);
+      if (!circle.empty()) return circle;
+    }
+  }
+  path.pop_back();
+  done.insert(node);
+  return {};
+}
+
+std::string first_circle(const std::map<std::string, std::set<std::string>>& edges) {
+  std::set<std::string> done;
+  for (const auto& [node, unused] : edges) {
+    std::vector<std::string> path;
+    auto circle = find_circle(edges, node, path, done);
+    if (!circle.empty()) return circle;
+  }
+  return {};
+}
+
+TEST(Structure, TheSearchFindsAPlantedCircle) {
+  EXPECT_EQ(first_circle({{"a", {"b"}}, {"b", {"c"}}, {"c", {}}}), "");
+  EXPECT_EQ(first_circle({{"a", {"b"}}, {"b", {"c", "d"}}, {"d", {"b"}}}), "b -> d -> b");
+}
+
+TEST(Structure, NoIncludeCircle) {
+  std::map<std::string, std::set<std::string>> edges;
+  for (const std::string folder : {"src", "tools"}) {
+    for (const SourceFile& file : read_sources(folder)) {
+      if (!file.name.ends_with(".h")) continue;
+      // A public header's name is what follows include/; a private one's, what follows its root.
+      const auto at = file.name.find("/include/");
+      std::string name = at == std::string::npos ? file.name : file.name.substr(at + 9);
+      if (at == std::string::npos) {
+        const std::string root = folder == "tools" ? "tools/" : "src/" + module_of(file.name) + "/";
+        name = module_of(file.name) + ":" + file.name.substr(root.size());
+      }
+      for (const std::string& include : file.includes) {
+        edges[name].insert(include.starts_with("sdmt/") ? include
+                                                        : module_of(file.name) + ":" + include);
+      }
+    }
+  }
+  EXPECT_EQ(first_circle(edges), "");
+}
+
+TEST(Structure, EveryFileSaysItsLicenceAndHeadersArePlain) {
+  for (const std::string folder : {"src", "tools", "tests", "docs"}) {
+    for (const SourceFile& file : read_sources(folder)) {
+      if (file.text.empty()) continue;
+      EXPECT_TRUE(file.text.starts_with("// SPDX-License-Identifier: Apache-2.0\n")) << file.name;
+      if (file.name.ends_with(".h")) {
+        EXPECT_NE(file.text.find("#pragma once"), std::string::npos) << file.name;
+      }
+    }
+  }
+}
+
+TEST(Structure, FilesStayShort) {
+  constexpr int kLimit = 400;
+  for (const std::string folder : {"src", "tools"}) {
+    for (const SourceFile& file : read_sources(folder)) {
+      const auto lines = std::count(file.text.begin(), file.text.end(), '\n');
+      EXPECT_LE(lines, kLimit) << file.name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace sdmt::tests
