@@ -1,0 +1,87 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# What is too slow for every change.
+#
+#   scripts/nightly.sh [PART...]       default: all parts
+#
+# sanitize  all tests under AddressSanitizer and UndefinedBehaviorSanitizer
+# threads   the multi-threaded tests of nn and track under ThreadSanitizer
+# fuzz      the readers of ground truth and results, FUZZ_SECONDS (600) each
+# soak      200,000 frames without growth of memory or time
+# browser   the HTML reports in headless Chromium, screenshots in build/screenshots
+# arm       nn and track for 64-bit ARM, their tests under qemu
+set -euo pipefail
+cd "$(dirname "$0")/.."
+jobs=$(nproc)
+
+sanitize() {
+  cmake --preset dev
+  cmake --build build-dev --parallel "$jobs"
+  ctest --preset dev --parallel "$jobs"
+}
+
+threads() {
+  cmake --preset tsan
+  cmake --build build-tsan --parallel "$jobs" --target test_nn test_track
+  ctest --preset tsan -R '^(nn|track)\.' --parallel "$jobs"
+}
+
+fuzz() {
+  cmake --preset fuzz
+  cmake --build build-fuzz --parallel "$jobs" --target fuzz_ground_truth fuzz_results
+  for reader in ground_truth results; do
+    mkdir -p build-fuzz/found-$reader
+    build-fuzz/fuzz_$reader -max_total_time="${FUZZ_SECONDS:-600}" build-fuzz/found-$reader \
+      tests/fuzz/corpus/$reader
+  done
+}
+
+browser() {
+  cmake --preset release
+  cmake --build build --parallel "$jobs" --target sdmt
+  local work=build/screenshots
+  mkdir -p $work/results
+  build/sdmt synth scene --output $work/scene --frames 200 --walkers 10
+  build/sdmt track $work/scene --appearance histogram --output $work/results/scene.txt
+  build/sdmt evaluate --gt $work/scene --results $work/results --report $work/evaluation.html
+  chromium --headless --no-sandbox --disable-gpu --window-size=1200,2400 \
+    --screenshot=$work/evaluation.png "file://$PWD/$work/evaluation.html"
+  test -s $work/evaluation.png
+}
+
+soak() {
+  cmake --preset release
+  cmake --build build --parallel "$jobs" --target soak_tracker
+  build/soak_tracker 200000
+}
+
+# Cross-compiles nn and track with their tests against Debian's arm64 packages, unpacked and not
+# installed, and runs the tests under qemu.
+arm() {
+  local root=build-arm/sysroot
+  mkdir -p $root build-arm/packages
+  (cd build-arm/packages &&
+    apt-get download -qq libhwy1:arm64 libhwy-dev:arm64 libgtest-dev:arm64 libgmock-dev:arm64 \
+      googletest libgomp1:arm64)
+  for package in build-arm/packages/*.deb; do dpkg-deb -x "$package" $root; done
+  cp -r /usr/include/eigen3 /usr/include/nlohmann $root/usr/include/
+  cmake -S . -B build-arm -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_SYSTEM_NAME=Linux \
+    -DCMAKE_SYSTEM_PROCESSOR=aarch64 -DCMAKE_CXX_COMPILER=aarch64-linux-gnu-g++ \
+    -DCMAKE_FIND_ROOT_PATH="$PWD/$root;/usr" -DCMAKE_FIND_ROOT_PATH_MODE_PROGRAM=NEVER \
+    -DCMAKE_PREFIX_PATH="$PWD/$root/usr;$PWD/$root/usr/lib/aarch64-linux-gnu" \
+    -DSDMT_BUILD_TOOLS=OFF -DSDMT_BUILD_TRAIN=OFF -DSDMT_BUILD_TESTS=ON \
+    -DCMAKE_CROSSCOMPILING_EMULATOR="qemu-aarch64;-L;/usr/aarch64-linux-gnu;-E;LD_LIBRARY_PATH=$PWD/$root/usr/lib/aarch64-linux-gnu"
+  cmake --build build-arm --parallel "$jobs"
+  ctest --test-dir build-arm --output-on-failure -R '^(nn|track|eval)\.'
+}
+
+parts=("$@")
+[ ${#parts[@]} -gt 0 ] || parts=(sanitize threads fuzz soak browser arm)
+for part in "${parts[@]}"; do
+  declare -F "$part" >/dev/null || { sed -n '3,13s/^# \{0,1\}//p' "$0" >&2; exit 2; }
+done
+scripts/install-dependencies.sh develop
+for part in "${parts[@]}"; do
+  echo "== $part"
+  "$part"
+done
