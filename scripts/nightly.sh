@@ -51,8 +51,8 @@ browser() {
 
 soak() {
   cmake --preset release
-  cmake --build build --parallel "$jobs" --target soak_tracker
-  build/soak_tracker 200000
+  cmake --build build --parallel "$jobs" --target test_track
+  SDMT_SOAK_FRAMES=200000 build/test_track --gtest_filter='Soak*'
 }
 
 # Cross-compiles nn and track with their tests against Debian's arm64 packages, unpacked and not
