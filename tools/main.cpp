@@ -26,6 +26,7 @@ constexpr int kFailure = 1;
 constexpr int kBadInput = 2;
 
 void add_commands(CLI::App& app) {
+  add_ablate_command(app);
   add_evaluate_command(app);
   add_embed_command(app);
   add_init_model_command(app);

@@ -167,11 +167,8 @@ std::string evaluation_html(const Evaluation& evaluation, const std::string& res
                           devkit ? evaluation.idsw_trackeval : evaluation.idsw_devkit,
                           devkit ? "TrackEval" : "the devkit")
             : "by either way of counting"},
-      {std::to_string(all.clear.clr_fp), "False boxes",
-       fmt::format("{:.2f} a frame",
-                   static_cast<double>(all.clear.clr_fp) /
-                       static_cast<double>(std::max<std::int64_t>(1, all.count.frames)))},
-      {std::to_string(all.clear.clr_fn), "Missed boxes", fmt::format("of {}", all.count.gt_dets)}};
+      {fmt::format("{} / {}", all.clear.clr_fp, all.clear.clr_fn), "False / missed boxes",
+       fmt::format("of {} found, {} to find", all.count.dets, all.count.gt_dets)}};
   report.add_numbers(numbers);
   report.add_heading("Sequences");
   add_sequence_table(report, evaluation);

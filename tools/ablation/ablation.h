@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "evaluation/evaluation.h"
+#include "sdmt/track/appearance_model.h"
+#include "sdmt/track/mot_file.h"
+#include "sdmt/track/sequence.h"
+#include "sdmt/track/sort_baseline.h"
+#include "sdmt/track/tracker_options.h"
+
+namespace sdmt::tools {
+
+/// A row of the paper's second table (ablation on the MOT16 training sequences).
+struct PaperRow {
+  double mota = 0;  ///< fraction
+  int fp = 0, fn = 0, ids = 0;
+  double fps = 0;
+};
+
+/// What tells people apart in a variant.
+enum class VariantAppearance { none, histogram, network };
+
+/// One configuration to be compared.
+struct AblationVariant {
+  std::string name;
+  VariantAppearance appearance = VariantAppearance::none;
+  track::TrackerOptions options;
+  std::optional<track::SortOptions> sort;  ///< SORT in place of our tracker
+  std::optional<PaperRow> paper;
+
+  bool needs_frames() const { return appearance != VariantAppearance::none; }
+};
+
+/// The six rows of the paper's table by its rules, SORT, and the tuned preset with the network,
+/// with colour histograms and by motion alone. `calibration` is that of the detector; only the
+/// tuned rows use it, the paper takes scores as they are.
+std::vector<AblationVariant> ablation_variants(
+    const std::optional<track::ScoreCalibration>& calibration);
+
+/// A sequence to run on, with its detections.
+struct AblationSequence {
+  track::Sequence sequence;
+  eval::GroundTruth gt;
+  track::DetectionFile detections;
+};
+
+/// What came out of one variant over all sequences.
+struct AblationRow {
+  AblationVariant variant;
+  std::string skipped;    ///< why it was not run; empty when it was
+  Evaluation evaluation;  ///< empty when skipped
+  double fps = 0;         ///< frames a second inside the tracker, embedding included
+};
+
+struct AblationRun {
+  eval::Benchmark benchmark = eval::Benchmark::mot16;
+  eval::Compat compat = eval::Compat::trackeval;
+  std::string detections;  ///< file name in det/
+  std::vector<AblationRow> rows;
+};
+
+/// Runs a variant. `network` may be null when the variant does not use it. `progress` gets the
+/// frames done so far, `warning` lines of text. Throws what trackers and readers throw.
+AblationRow run_variant(const AblationVariant& variant, std::span<const AblationSequence> sequences,
+                        track::AppearanceModel* network, const AblationRun& run,
+                        const std::function<void(int frames)>& progress,
+                        const std::function<void(const std::string&)>& warning);
+
+/// {"benchmark", "compat", "detections", "rows": [{"variant", "mota", "fp", "fn", "ids", "fps",
+/// "idf1", "hota", "paper": {...}, "sequences": {...}}]}: fractions. A row that was not run has
+/// "skipped" in place of figures.
+nlohmann::ordered_json to_json(const AblationRun& run);
+
+/// The table for the terminal, the paper's figures beside ours.
+std::string to_text(const AblationRun& run);
+
+/// One HTML page: table, bars, HOTA over the localisation threshold, and the tracks of the row with
+/// the best HOTA over time.
+std::string ablation_html(const AblationRun& run);
+
+}  // namespace sdmt::tools

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ablation/ablation.h"
+
+namespace sdmt::tools {
+
+std::vector<AblationVariant> ablation_variants(
+    const std::optional<track::ScoreCalibration>& calibration) {
+  using track::TrackerOptions;
+  const auto paper = [](auto change) {
+    TrackerOptions options = TrackerOptions::paper();
+    change(options);
+    return options;
+  };
+  TrackerOptions tuned = TrackerOptions::tuned();
+  tuned.calibration = calibration;
+  constexpr auto kNetwork = VariantAppearance::network;
+  constexpr auto kHistogram = VariantAppearance::histogram;
+  constexpr auto kNone = VariantAppearance::none;
+
+  std::vector<AblationVariant> rows{
+      {"lambda=0.5",
+       kNetwork,
+       paper([](auto& o) { o.lambda = 0.5; }),
+       {},
+       PaperRow{0.346, 6014, 65863, 317, 29.8}},
+      {"lambda=0",
+       kNetwork,
+       paper([](auto& o) { o.lambda = 0; }),
+       {},
+       PaperRow{0.343, 6541, 65651, 295, 29.6}},
+      {"lambda=1",
+       kNetwork,
+       paper([](auto& o) { o.lambda = 1; }),
+       {},
+       PaperRow{0.339, 6512, 66040, 373, 28.7}},
+      {"with boosting",
+       kNetwork,
+       paper([](auto& o) { o.boosting = true; }),
+       {},
+       PaperRow{0.342, 6743, 65533, 334, 25.9}},
+      {"without association",
+       kNetwork,
+       paper([](auto& o) { o.association = false; }),
+       {},
+       PaperRow{0.324, 3968, 69965, 686, 31.6}},
+      {"without appearance",
+       kNone,
+       paper([](auto&) {}),
+       {},
+       PaperRow{0.329, 4069, 69468, 587, 96.8}},
+      {"SORT", kNone, {}, track::SortOptions{}, {}},
+      {"tuned", kNetwork, tuned, {}, {}},
+      {"tuned, colour histogram", kHistogram, tuned, {}, {}},
+      {"tuned, no appearance", kNone, tuned, {}, {}},
+  };
+  return rows;
+}
+
+}  // namespace sdmt::tools

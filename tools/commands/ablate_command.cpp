@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+
+#include "ablation/ablation.h"
+#include "command.h"
+#include "progress.h"
+#include "sdmt/nn/model_file.h"
+#include "sdmt/nn/output_file.h"
+#include "sdmt/track/embedding_appearance.h"
+#include "shipped_files.h"
+
+namespace sdmt::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct AblateOptions {
+  std::vector<std::string> sequences;
+  std::string detections = "det.txt";
+  std::string calibration = "none";
+  std::string model;
+  std::string benchmark;
+  std::string compat = "trackeval";
+  std::string json;
+  std::string report;
+};
+
+AblationSequence load_sequence(const fs::path& folder, const std::string& detections) {
+  AblationSequence input;
+  input.sequence = track::Sequence::read(folder);
+  input.gt = eval::read_sequence_ground_truth(folder);
+  input.detections = track::DetectionFile::read(folder / "det" / detections);
+  return input;
+}
+
+std::vector<AblationSequence> load_sequences(const AblateOptions& options) {
+  std::vector<AblationSequence> inputs;
+  for (const auto& path : options.sequences) {
+    for (const auto& folder : eval::find_sequences(path)) {
+      inputs.push_back(load_sequence(folder, options.detections));
+      const auto& name = inputs.back().gt.name;
+      const auto same = [&](const AblationSequence& other) { return other.gt.name == name; };
+      if (std::count_if(inputs.begin(), inputs.end(), same) > 1) {
+        throw std::invalid_argument(fmt::format("sequence {} is given twice", name));
+      }
+    }
+  }
+  return inputs;
+}
+
+// Ground truth with classes follows MOT16's rules, without MOT15's.
+eval::Benchmark choose_benchmark(const AblateOptions& options,
+                                 const std::vector<AblationSequence>& inputs) {
+  if (!options.benchmark.empty()) return eval::parse_benchmark(options.benchmark);
+  const bool has_classes = std::any_of(inputs.begin(), inputs.end(), [](const auto& input) {
+    return !input.gt.rows.empty() && input.gt.rows.front().category > 0;
+  });
+  return has_classes ? eval::Benchmark::mot16 : eval::Benchmark::mot15;
+}
+
+std::unique_ptr<track::AppearanceModel> load_network(const AblateOptions& options,
+                                                     const std::vector<AblationSequence>& inputs) {
+  const bool all_have_images = std::all_of(
+      inputs.begin(), inputs.end(), [](const auto& input) { return input.sequence.has_images(); });
+  if (!all_have_images) return nullptr;
+  const fs::path file = options.model.empty() ? find_default_model() : fs::path(options.model);
+  return std::make_unique<track::EmbeddingAppearance>(nn::load_model(file));
+}
+
+void run(const AblateOptions& options) {
+  const auto calibration = track::parse_calibration(options.calibration);
+  AblationRun run;
+  run.compat = eval::parse_compat(options.compat);
+  run.detections = options.detections;
+  const auto inputs = load_sequences(options);
+  run.benchmark = choose_benchmark(options, inputs);
+  const auto network = load_network(options, inputs);
+  std::int64_t total = 0;
+  for (const auto& input : inputs) total += input.gt.num_frames;
+  for (const auto& variant : ablation_variants(calibration)) {
+    Progress progress(variant.name, total, "frames");
+    run.rows.push_back(run_variant(
+        variant, inputs, network.get(), run, [&](int frames) { progress.update(frames); },
+        [](const std::string& text) { fmt::print(stderr, "sdmt ablate: {}\n", text); }));
+  }
+  fmt::print("{} sequence{}, {} frames, {}, {} rules, counted as {}\n{}", inputs.size(),
+             inputs.size() == 1 ? "" : "s", total, run.detections, eval::to_string(run.benchmark),
+             run.compat == eval::Compat::devkit ? "the MATLAB devkit" : "TrackEval", to_text(run));
+  if (!options.json.empty()) nn::write_text_file(options.json, to_json(run).dump(1) + "\n");
+  if (!options.report.empty()) nn::write_text_file(options.report, ablation_html(run));
+}
+
+}  // namespace
+
+void add_ablate_command(CLI::App& app) {
+  auto options = std::make_shared<AblateOptions>();
+  CLI::App* command = app.add_subcommand(
+      "ablate", "Compare the paper's variants, SORT and the tuned tracker on sequences");
+  command
+      ->add_option("--sequences", options->sequences,
+                   "MOT sequence folders, or folders of them; rows that use appearance need "
+                   "frames in all of them")
+      ->required()
+      ->type_name("DIR");
+  command->add_option("--detections", options->detections, "File in each sequence's det/")
+      ->capture_default_str()
+      ->type_name("NAME");
+  command
+      ->add_option("--calibration", options->calibration,
+                   "Of the detector's scores, for the tuned rows: none, frcnn, acf, synthetic or "
+                   "MIDPOINT,SCALE")
+      ->capture_default_str()
+      ->type_name("NAME");
+  command->add_option("--model", options->model, "Embedding network [the shipped one]")
+      ->type_name("FILE");
+  command
+      ->add_option("--benchmark", options->benchmark,
+                   "Whose rules apply [MOT16 where the ground truth has classes, else MOT15]")
+      ->type_name("MOT15|MOT16|MOT17|MOT20");
+  command
+      ->add_option("--compat", options->compat,
+                   "Count as TrackEval, or as the devkit of papers up to 2020")
+      ->capture_default_str()
+      ->type_name("trackeval|devkit");
+  command->add_option("--json", options->json, "Write all rows here")->type_name("FILE");
+  command
+      ->add_option("--report", options->report,
+                   "Write a self-contained HTML page with tables, plots and the tracks over time")
+      ->type_name("FILE");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace sdmt::tools
