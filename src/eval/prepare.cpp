@@ -68,6 +68,15 @@ void require_frames_within(std::span<const Row> rows, const std::string& file,
                      : " of ground truth and no seqinfo.ini that states its length"));
 }
 
+// Every frame takes room, also empty ones: one absurd number must not eat the memory.
+void require_sane_length(const GroundTruth& gt) {
+  constexpr int kMostFrames = 10'000'000;
+  if (gt.num_frames <= kMostFrames) return;
+  throw std::invalid_argument(gt.file.string() + ": the sequence has " +
+                              std::to_string(gt.num_frames) + " frames, expected at most " +
+                              std::to_string(kMostFrames));
+}
+
 void require_classes(const GroundTruth& gt, Benchmark benchmark) {
   for (const auto& row : gt.rows) {
     if (row.category >= 1 && row.category <= kNumCategories) continue;
@@ -179,6 +188,7 @@ PreparedSequence prepare_sequence(const GroundTruth& gt, std::span<const ResultR
                                   const std::string& result_name, Benchmark benchmark,
                                   Compat compat) {
   const std::span<const GroundTruthRow> gt_rows(gt.rows);
+  require_sane_length(gt);
   require_unique_ids(gt_rows, gt.file.string());
   require_unique_ids(results, result_name);
   require_frames_within(gt_rows, gt.file.string(), gt);

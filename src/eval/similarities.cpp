@@ -46,6 +46,7 @@ std::vector<Overlap> overlaps(std::span<const track::Tlwh> gt,
       if (!(height > 0) || !(b.area > kSimilaritySlack)) continue;
       const double shared = width * height;
       const double similarity = shared / (a.area + b.area - shared);
+      if (!(similarity > 0)) continue;  // areas beyond what a double holds
       found.push_back({static_cast<int>(i), static_cast<int>(j), similarity});
     }
   }

@@ -127,6 +127,11 @@ TEST(Prepare, FramesPastTheEnd) {
               HasSubstr("gt.txt: frame 9, id 1"));
 }
 
+TEST(Prepare, AbsurdLengthsAreRefused) {
+  EXPECT_THAT(message_of(make_gt({person(2'000'000'000, 1, {0, 0, 9, 9})}, 2'000'000'000), {}),
+              HasSubstr("2000000000 frames, expected at most 10000000"));
+}
+
 TEST(Prepare, GroundTruthWithoutClassesIsMot15Only) {
   const auto gt = make_gt({person(1, 9, {0, 0, 9, 9}, 0)}, 1);
   EXPECT_EQ(
@@ -164,6 +169,11 @@ TEST(Overlaps, HandComputed) {
   EXPECT_DOUBLE_EQ(found[0].similarity, 50.0 / 150.0);
   EXPECT_EQ(found[1].result, 2);
   EXPECT_DOUBLE_EQ(found[1].similarity, 1.0);
+}
+
+TEST(Overlaps, AbsurdBoxesOverlapNothing) {
+  const std::vector<Tlwh> boxes{{0, 0, 1e300, 1e300}, {-1e308, 0, 1.7e308, 5}};
+  EXPECT_TRUE(overlaps(boxes, boxes).empty());
 }
 
 }  // namespace

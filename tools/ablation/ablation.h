@@ -31,6 +31,7 @@ enum class VariantAppearance { none, histogram, network };
 /// One configuration to be compared.
 struct AblationVariant {
   std::string name;
+  std::string short_name;  ///< for the axis of a plot
   VariantAppearance appearance = VariantAppearance::none;
   track::TrackerOptions options;
   std::optional<track::SortOptions> sort;  ///< SORT in place of our tracker

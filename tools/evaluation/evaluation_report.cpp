@@ -30,22 +30,6 @@ std::vector<std::string> sequence_row(const std::string& name, const eval::Score
   return row;
 }
 
-void add_sequence_table(HtmlReport& report, const Evaluation& evaluation) {
-  HtmlTable table;
-  table.header = {"Sequence", "HOTA", "DetA", "AssA", "MOTA", "IDF1", "Rcll",   "Prcn",
-                  "FP",       "FN",   "IDs",  "Frag", "MT",   "ML",   "People", "Tracks"};
-  for (const auto& sequence : evaluation.sequences) {
-    table.rows.push_back(sequence_row(sequence.prepared.name, sequence.scores));
-  }
-  table.strong_rows = {table.rows.size()};
-  table.rows.push_back(sequence_row("All", evaluation.combined));
-  table.caption =
-      "Ratios in per cent. MOTA, recall and precision at IoU 0.5; HOTA, DetA and AssA are means "
-      "over "
-      "the localisation thresholds 0.05 to 0.95.";
-  report.add_table(table);
-}
-
 SvgPlot alpha_plot(const std::string& title,
                    std::initializer_list<std::pair<const char*, const eval::AlphaScores*>> lines) {
   SvgPlotOptions options;
@@ -106,6 +90,22 @@ void add_events(HtmlReport& report, const Evaluation& evaluation,
 }
 
 }  // namespace
+
+void add_sequence_table(HtmlReport& report, const Evaluation& evaluation) {
+  HtmlTable table;
+  table.header = {"Sequence", "HOTA", "DetA", "AssA", "MOTA", "IDF1", "Rcll",   "Prcn",
+                  "FP",       "FN",   "IDs",  "Frag", "MT",   "ML",   "People", "Tracks"};
+  for (const auto& sequence : evaluation.sequences) {
+    table.rows.push_back(sequence_row(sequence.prepared.name, sequence.scores));
+  }
+  table.strong_rows = {table.rows.size()};
+  table.rows.push_back(sequence_row("All", evaluation.combined));
+  table.caption =
+      "Ratios in per cent. MOTA, recall and precision at IoU 0.5; HOTA, DetA and AssA are means "
+      "over "
+      "the localisation thresholds 0.05 to 0.95.";
+  report.add_table(table);
+}
 
 std::string score_bars_svg(std::span<const NamedScores> groups) {
   std::vector<double> mota, idf1, hota;

@@ -24,6 +24,9 @@ struct NamedScores {
 };
 std::string score_bars_svg(std::span<const NamedScores> groups);
 
+/// A row a sequence and one for all.
+void add_sequence_table(HtmlReport& report, const Evaluation& evaluation);
+
 /// A heading and the timeline of each sequence.
 void add_timelines(HtmlReport& report, const Evaluation& evaluation);
 
