@@ -11,15 +11,15 @@ namespace sdmt::tools {
 // input, anything else for a failure while running. main() prints the one line and picks the exit
 // code, and gives every command --config and --threads.
 
+void add_ablate_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_embed_command(CLI::App& app);
-void add_ablate_command(CLI::App& app);
 void add_evaluate_command(CLI::App& app);
 void add_init_model_command(CLI::App& app);
 void add_inspect_command(CLI::App& app);
 void add_synth_reid_command(CLI::App& synth);
 void add_synth_scene_command(CLI::App& synth);
-void add_train_embedder_command(CLI::App& app);
 void add_track_command(CLI::App& app);
+void add_train_embedder_command(CLI::App& app);
 
 }  // namespace sdmt::tools
