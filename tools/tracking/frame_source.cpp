@@ -139,8 +139,8 @@ class Video : public FrameSource {
       throw std::invalid_argument(file + ": is not a video that can be decoded");
     }
   }
-  Video(const std::string& name, cv::VideoCapture capture)
-      : name_(name), capture_(std::move(capture)), live_(true) {
+  Video(const std::string& name, const cv::VideoCapture& capture)
+      : name_(name), capture_(capture), live_(true) {
     if (!capture_.isOpened()) throw std::runtime_error(name + ": cannot be opened");
   }
 
