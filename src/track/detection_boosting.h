@@ -15,7 +15,7 @@
 
 namespace sdmt::track {
 
-/// Detection boosting (section III-E): looks for people whom the detector missed. Around the
+/// Detection boosting (section III-F): looks for people whom the detector missed. Around the
 /// prediction of each positive tracklet without a detection, boosted less than every boost_interval
 /// frames, boxes are sampled densely: boost_grid x boost_grid shifts of up to boost_reach widths
 /// and heights, three sizes each, clipped to the image. All of them are embedded in one batch, and

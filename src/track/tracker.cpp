@@ -72,6 +72,7 @@ struct Tracker::State {
   void emit(bool at_end);
 
   void start_tracklet(std::size_t detection);
+  void store_appearance(Tracklet& tracklet, std::size_t detection);
   void retire();
   void merge(Tracklet& older, Tracklet& newer);
 
@@ -201,10 +202,7 @@ void Tracker::State::update_tracklets() {
       ++stats.boosted;
     } else {
       tracklet.confidence.add(score, 1 - match.affinity);
-      if (flags.embedded && score >= options.feature_min_confidence) {
-        tracklet.gallery.add(detections.feature(detection));
-        tracklet.feature_frame = frame;
-      }
+      store_appearance(tracklet, detection);
     }
     tracklet.history.append(output.rules(), frame, box, tracklet.state.box(), score,
                             flags.boosted ? BoxSource::boosted : BoxSource::detected);
@@ -223,13 +221,17 @@ void Tracker::State::start_tracklet(std::size_t detection) {
   tracklet->first_box = box;
   tracklet->state = motion.start(box);
   tracklet->confidence.add(score, 0);
-  if (detections.flags[detection].embedded && score >= options.feature_min_confidence) {
-    tracklet->gallery.add(detections.feature(detection));
-    tracklet->feature_frame = frame;
-  }
+  store_appearance(*tracklet, detection);
   tracklet->history.append(output.rules(), frame, box, box, score, BoxSource::detected);
   active.push_back(std::move(tracklet));
   ++stats.tracklets;
+}
+
+void Tracker::State::store_appearance(Tracklet& tracklet, std::size_t detection) {
+  if (!detections.flags[detection].embedded) return;
+  if (detections.scores[detection] < options.feature_min_confidence) return;
+  tracklet.gallery.add(detections.feature(detection));
+  tracklet.feature_frame = frame;
 }
 
 // Moves tracklets that missed too often to the idle ones, and forgets those that nothing can come

@@ -11,7 +11,7 @@
 
 namespace sdmt::track {
 
-/// Is a tracklet a person? (section III-D, "Tracklet Confidence".) Counts assigned real detections;
+/// Is a tracklet a person? (section III-E.) Counts assigned real detections;
 /// boosted boxes leave no trace here.
 struct TrackletConfidence {
   int length = 0;

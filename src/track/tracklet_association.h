@@ -19,7 +19,7 @@ struct AssociationPair {
   double score = 0;
 };
 
-/// Tracklet association (section III-F, algorithm 2): joins positive tracklets across gaps.
+/// Tracklet association (section III-G, algorithm 2): joins positive tracklets across gaps.
 ///
 /// A newer tracklet can continue an older one that misses its detection when it began after the
 /// older one's last box, at most max_misses + association_horizon frames later, its first box

@@ -11,7 +11,7 @@ namespace sdmt::track {
 /// Where a reported box comes from.
 enum class BoxSource {
   detected,  ///< a detection was assigned in this frame
-  boosted,   ///< found by appearance where the detector found nothing (section III-E of the paper)
+  boosted,   ///< found by appearance where the detector found nothing (section III-F of the paper)
   interpolated,  ///< between two boxes of the track; nobody saw it
 };
 const char* to_string(BoxSource source);

@@ -56,9 +56,9 @@ struct TrackerOptions {
   double weak_iou = 0.3;
 
   // Motion (section III-D). Noise is in units of the box height, as in DeepSORT.
-  double position_noise = 1.0 / 20;   ///< of measurements and, a frame, of the prediction; > 0
+  double position_noise = 1.0 / 20;  ///< of measurements and, a frame, of the prediction; > 0
   double velocity_noise = 1.0 / 80;  ///< a frame; > 0
-  double min_iou = 0.3;               ///< tau_m, strictly above; 0..1
+  double min_iou = 0.3;              ///< tau_m, strictly above; 0..1
   /// Predictions in a row without a detection after which a tracklet is inactive; >= 1.
   int max_misses = 6;
   /// Further predictions, in frames, for which an inactive tracklet can be associated; >= 0.
@@ -85,12 +85,13 @@ struct TrackerOptions {
   /// >= 1.
   int embed_refresh = 5;
 
-  // Tracklet confidence: a tracklet that misses one of these is negative and not reported.
+  // Tracklet confidence (section III-E): a tracklet that misses one of these is negative and not
+  // reported.
   int min_length = 6;                ///< tau_l, assigned detections; >= 1
   double min_mean_confidence = 0.5;  ///< tau_c, mean score of the assigned detections
   double max_mean_cost = std::numeric_limits<double>::infinity();  ///< mean of 1 - affinity
 
-  // Detection boosting (section III-E).
+  // Detection boosting (section III-F).
   bool boosting = false;
   int boost_grid = 7;             ///< positions along x and along y; odd, 1..31
   double boost_reach = 0.3;       ///< largest shift in box widths and heights; 0..2
@@ -98,7 +99,7 @@ struct TrackerOptions {
   int boost_interval = 2;         ///< a tracklet is boosted at most once in this many frames; >= 1
   double boost_nms = 0.5;         ///< boosted boxes that overlap others by more (IoU) are dropped
 
-  // Tracklet association (section III-F).
+  // Tracklet association (section III-G).
   bool association = true;
   /// Without an appearance model: associate by motion alone (nearest prediction first) or not at
   /// all, as the paper's row "without appearance modelling".
@@ -113,7 +114,8 @@ struct TrackerOptions {
   FillGaps fill = FillGaps::all;
   int max_fill = 25;  ///< longest gap to fill, in missing frames; >= 1
   ReportBox report = ReportBox::smoothed;
-  double smoothing_position_noise = 1.0 / 100;  ///< as position_noise, of the smoother's motion; > 0
+  double smoothing_position_noise =
+      1.0 / 100;  ///< as position_noise, of the smoother's motion; > 0
   double smoothing_velocity_noise = 1.0 / 320;  ///< as velocity_noise; > 0
   /// Frames between a frame and its output. kAutoDelay: as many as decisions can need, see
   /// auto_delay(). 0: strictly online. kUnlimitedDelay: all output at finish().
