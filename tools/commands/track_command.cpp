@@ -214,7 +214,8 @@ void TrackCommand::run() const {
   std::unique_ptr<DetectionSource> boxes;
   if (hog_wanted) {
     boxes = std::make_unique<HogDetector>(hog);
-    options.calibration.reset();  // its scores are probabilities
+    if (options.calibration) warn("--calibration is not used: hog gives probabilities");
+    options.calibration.reset();
   } else {
     boxes = std::make_unique<FileDetections>(read_detections(wanted, options, warn));
   }
