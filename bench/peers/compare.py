@@ -80,8 +80,13 @@ def main():
     parser.add_argument("--threads", type=int, default=os.cpu_count())
     parser.add_argument("--batches", default="1,8,40,128")
     parser.add_argument("--train", default="", help="batch sizes of training steps")
+    parser.add_argument("--cpu-time", action="store_true",
+                        help="one thread and its CPU time: for a machine that has other work")
     parser.add_argument("--rounds", type=int, default=15)
     args = parser.parse_args()
+    if args.cpu_time:
+        args.threads = 1
+        os.environ["PEER_CPU_TIME"] = "1"
     with tempfile.TemporaryDirectory() as folder:
         peers = start_peers(args, pathlib.Path(folder))
         reference = peers[0].ask("values 3")

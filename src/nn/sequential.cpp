@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sdmt/nn/sequential.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <stdexcept>
 #include <utility>
 
@@ -64,20 +66,54 @@ const Tensor& Sequential::forward(const Tensor& x, Mode mode, int first, int las
   return y;
 }
 
+int Sequential::fused_layers(int i, int end) {
+  if (!is<Conv2d>(i, end) || !is<ReLU>(i + 1, end)) return 1;
+  return is<MaxPool2d>(i + 2, end) ? 3 : 2;
+}
+
 const Tensor& Sequential::forward_inference(const Tensor& x, int first, int end) {
+  // Convolutions and what follows them work on each image alone: a few images at a time pass
+  // through all of them, so that a layer finds in the caches what the last one left there. Fully
+  // connected layers need the whole batch, to read their weights once.
+  constexpr std::size_t kGroupValues = 4 << 20;  // of a layer's input and output
+  int local_end = first;
+  std::size_t largest = 1;
+  Shape shape = x.shape();
+  while (local_end < end && (is<Conv2d>(local_end, end) || is<ReLU>(local_end, end) ||
+                             is<MaxPool2d>(local_end, end))) {
+    const int next = local_end + fused_layers(local_end, end);
+    const Shape out = output_shape(shape, local_end, next);
+    largest = std::max(largest, shape.image_size() + out.image_size());
+    shape = out;
+    local_end = next;
+  }
+  const int group = static_cast<int>(std::max<std::size_t>(1, kGroupValues / largest));
+  const int groups = (x.shape().n + group - 1) / group;
+  if (groups <= 1 || local_end - first <= 1) return run_layers(x, first, end, nullptr);
+  joined_.resize(shape);
+  for (int i = 0; i < groups; ++i) {
+    const int begin = static_cast<int>(std::int64_t{i} * x.shape().n / groups);
+    const int count = static_cast<int>((i + std::int64_t{1}) * x.shape().n / groups) - begin;
+    Tensor result = joined_.images(begin, count);
+    run_layers(x.images(begin, count), first, local_end, &result);
+  }
+  return run_layers(joined_, local_end, end, nullptr);
+}
+
+const Tensor& Sequential::run_layers(const Tensor& x, int first, int end, Tensor* result) {
   const Tensor* from = &x;
   for (int i = first; i < end;) {
-    Tensor& to = from == &ping_pong_[0] ? ping_pong_[1] : ping_pong_[0];
-    auto* conv = dynamic_cast<Conv2d*>(&layer(i));
-    if (conv != nullptr && is<ReLU>(i + 1, end)) {
-      const bool pool = is<MaxPool2d>(i + 2, end);
-      conv->forward_fused(*from, to, pool ? Fusion::relu_max_pool : Fusion::relu);
-      i += pool ? 3 : 2;
+    Tensor* to = from == &ping_pong_[0] ? &ping_pong_[1] : &ping_pong_[0];
+    const int layers = fused_layers(i, end);
+    if (result != nullptr && i + layers == end) to = result;
+    if (layers > 1) {
+      dynamic_cast<Conv2d&>(layer(i)).forward_fused(
+          *from, *to, layers == 3 ? Fusion::relu_max_pool : Fusion::relu);
     } else {
-      layer(i).forward(*from, to, Mode::inference);
-      i += 1;
+      layer(i).forward(*from, *to, Mode::inference);
     }
-    from = &to;
+    from = to;
+    i += layers;
   }
   return *from;
 }

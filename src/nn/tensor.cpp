@@ -40,16 +40,29 @@ void Tensor::resize(Shape shape) {
   if (shape.n < 0 || shape.h < 0 || shape.w < 0 || shape.c < 0) {
     throw std::invalid_argument("tensor shape " + shape.str() + " has a negative extent");
   }
-  const std::size_t needed = shape.size() + kSlack;
-  if (needed > storage_.size()) {
+  if (shape.size() > capacity_ || data_ == nullptr) {
     storage_ = std::vector<float>();  // free first: the old values are not kept
-    storage_.resize(needed);
+    storage_.resize(shape.size() + kSlack);
     data_ = aligned(storage_.data());
+    capacity_ = shape.size();
   }
   shape_ = shape;
 }
 
 void Tensor::fill(float value) { std::fill_n(data_, size(), value); }
+
+Tensor Tensor::images(int first, int count) {
+  Tensor view;
+  view.shape_ = shape_;
+  view.shape_.n = count;
+  view.capacity_ = view.shape_.size();
+  view.data_ = image(first);
+  return view;
+}
+
+const Tensor Tensor::images(int first, int count) const {
+  return const_cast<Tensor*>(this)->images(first, count);  // the result is const again
+}
 
 Tensor::Tensor(const Tensor& other) { *this = other; }
 
@@ -67,6 +80,7 @@ Tensor& Tensor::operator=(Tensor&& other) noexcept {
   // Moving a vector keeps its buffer, so the aligned pointer into it stays valid.
   std::swap(shape_, other.shape_);
   std::swap(storage_, other.storage_);
+  std::swap(capacity_, other.capacity_);
   std::swap(data_, other.data_);
   return *this;
 }

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <memory>
 #include <stdexcept>
 #include <vector>
@@ -84,6 +86,26 @@ TEST(Sequential, EverySubRangeEqualsTheLayersOneByOne) {
       }
     }
     EXPECT_EQ(&net.forward(x, mode, 4, 4), &x);
+  }
+}
+
+TEST(Sequential, ALargeBatchPassesInGroupsWithTheSameValues) {
+  Random random(9);
+  Sequential net;
+  net.add("conv1", std::make_unique<Conv2d>(Conv2dOptions{.in_channels = 3, .out_channels = 64}))
+      .add("relu1", std::make_unique<ReLU>())
+      .add("conv2", std::make_unique<Conv2d>(Conv2dOptions{.in_channels = 64, .out_channels = 16}))
+      .add("relu2", std::make_unique<ReLU>())
+      .add("pool", std::make_unique<MaxPool2d>())
+      .add("l2", std::make_unique<L2Normalize>());
+  for (const int i : {0, 2}) dynamic_cast<Conv2d&>(net.layer(i)).reset_parameters(random);
+  const Tensor x = random_tensor({7, 130, 122, 3}, random);  // too large for one group
+  const std::vector<float> all = copy(net.forward(x, Mode::inference));
+  for (int n = 0; n < 7; ++n) {
+    const std::vector<float> alone = copy(net.forward(x.images(n, 1), Mode::inference));
+    ASSERT_TRUE(std::equal(alone.begin(), alone.end(),
+                           all.begin() + static_cast<std::ptrdiff_t>(n * alone.size())))
+        << n;
   }
 }
 

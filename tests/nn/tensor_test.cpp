@@ -38,6 +38,22 @@ TEST(Tensor, ShrinkingAndGrowingBackDoesNotAllocate) {
   EXPECT_EQ(t.data(), memory);
 }
 
+TEST(Tensor, ImagesShareTheMemoryUntilTheyGrow) {
+  Tensor all(Shape{4, 1, 2, 3});
+  Tensor middle = all.images(1, 2);
+  EXPECT_EQ(middle.shape(), (Shape{2, 1, 2, 3}));
+  middle.fill(5.0F);
+  EXPECT_EQ(all.image(1)[0], 5.0F);
+  EXPECT_EQ(all.image(2)[5], 5.0F);
+  EXPECT_EQ(all.image(3)[0], 0.0F);
+  middle.resize(Shape{1, 1, 2, 3});
+  EXPECT_EQ(middle.data(), all.image(1));
+  middle.resize(Shape{9, 1, 2, 3});
+  EXPECT_NE(middle.data(), all.image(1));
+  const Tensor copy = all.images(0, 2);
+  EXPECT_EQ(copy.image(1)[0], 5.0F);
+}
+
 TEST(Tensor, RefusesNegativeExtents) {
   EXPECT_THROW(Tensor(Shape{1, -2, 3, 4}), std::invalid_argument);
 }

@@ -33,9 +33,9 @@ class Sequential {
   /// forward(); for an empty range it is x itself.
   ///
   /// inference: a convolution and the ReLU and MaxPool2d after it run as one, between two
-  /// alternating buffers. training: every activation is kept for backward(), except that of a
-  /// convolution or followed by ReLU, which is overwritten by the ReLU; x must stay alive
-  /// and unchanged.
+  /// alternating buffers, for as many images at a time as the caches hold. training: every
+  /// activation is kept for backward(), except that of a convolution or followed by ReLU, which is
+  /// overwritten by the ReLU; x must stay alive and unchanged.
   const Tensor& forward(const Tensor& x, Mode mode, int first = 0, int last = -1);
 
   /// For the last forward() in training mode: given dy = dL/d(its result), adds to the gradients of
@@ -62,6 +62,10 @@ class Sequential {
   template <typename Kind>
   bool is(int i, int end);
   const Tensor& forward_inference(const Tensor& x, int first, int end);
+  /// Runs layers [first, end) between the two buffers; the last result goes to `result` if given.
+  const Tensor& run_layers(const Tensor& x, int first, int end, Tensor* result);
+  /// Number of layers, fused ones together, that forward_inference runs as one from layer i on.
+  int fused_layers(int i, int end);
   const Tensor& forward_training(const Tensor& x, int first, int end);
   /// Result of layer i in the last training forward; its input for i < first_.
   const Tensor& activation(int i) const;
@@ -71,6 +75,7 @@ class Sequential {
   std::vector<Entry> entries_;
   std::vector<Tensor> activations_;  // training: [i] is the result of layer i
   Tensor ping_pong_[2];              // inference: results; backward: gradients
+  Tensor joined_;                    // inference: results of groups of images
   const Tensor* input_ = nullptr;    // of the last training forward
   int first_ = 0;                    // its range
   int last_ = 0;

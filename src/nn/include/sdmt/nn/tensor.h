@@ -55,6 +55,12 @@ class Tensor {
 
   void fill(float value);
 
+  /// Images [first, first + count) of this tensor without copying them: the memory stays this
+  /// tensor's, which must outlive the result and not be resized meanwhile. Resizing the result to
+  /// more than it holds gives it memory of its own.
+  Tensor images(int first, int count);
+  const Tensor images(int first, int count) const;
+
   Tensor(const Tensor& other);
   Tensor& operator=(const Tensor& other);
   Tensor(Tensor&& other) noexcept;
@@ -64,6 +70,7 @@ class Tensor {
  private:
   Shape shape_;
   std::vector<float> storage_;  // 15 floats longer than needed, to reach the boundary
+  std::size_t capacity_ = 0;    // values that fit at data_
   float* data_ = nullptr;
 };
 
