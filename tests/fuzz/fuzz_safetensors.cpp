@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Any bytes either are refused with std::invalid_argument or make a file whose every tensor can be
+// read.
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include "sdmt/nn/model_file.h"
+#include "sdmt/nn/safetensors.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace sdmt::nn;
+  try {
+    const Safetensors file(std::as_bytes(std::span(data, size)), "fuzz");
+    std::size_t bytes = 0;
+    for (const SafetensorsEntry& entry : file.tensors()) {
+      bytes += entry.bytes.size();
+      if (file.find(entry.name) != &entry) std::abort();
+      std::vector<float> values(entry.count());
+      try {
+        file.read_floats(entry, values);
+      } catch (const std::invalid_argument&) {  // a type that is no float
+      }
+    }
+    if (bytes > size) std::abort();
+    const auto metadata = file.metadata().find(kModelMetadataKey);
+    if (metadata != file.metadata().end()) parse_model_metadata(metadata->second, "fuzz");
+  } catch (const std::invalid_argument&) {
+  }
+  return 0;
+}
