@@ -36,16 +36,14 @@ std::vector<std::string> rows_up_to(const std::filesystem::path& path, std::int6
 TrainingLog::TrainingLog(std::filesystem::path path, std::int64_t iteration)
     : path_(std::move(path)) {
   const auto kept = rows_up_to(path_, iteration);
-  file_ = std::fopen(path_.c_str(), "w");
-  if (file_ == nullptr) {
+  file_.reset(std::fopen(path_.c_str(), "w"));
+  if (!file_) {
     throw std::runtime_error(path_.string() +
                              ": cannot be opened for writing: " + std::strerror(errno));
   }
   write(kHeader);
   for (const auto& row : kept) write(row);
 }
-
-TrainingLog::~TrainingLog() { std::fclose(file_); }
 
 void TrainingLog::add(const TrainingStep& step, const Validation* validation,
                       double images_per_second) {
@@ -62,7 +60,7 @@ void TrainingLog::add(const TrainingStep& step, const Validation* validation,
 }
 
 void TrainingLog::write(const std::string& line) {
-  if (std::fprintf(file_, "%s\n", line.c_str()) < 0 || std::fflush(file_) != 0) {
+  if (std::fprintf(file_.get(), "%s\n", line.c_str()) < 0 || std::fflush(file_.get()) != 0) {
     throw std::runtime_error(path_.string() + ": write failed: " + std::strerror(errno));
   }
 }

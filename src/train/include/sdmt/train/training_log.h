@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
+#include <string>
 
 #include "sdmt/train/trainer.h"
 
@@ -19,10 +21,6 @@ class TrainingLog {
   /// that name keeps its rows up to there. Throws std::runtime_error naming the file when it cannot
   /// be written.
   explicit TrainingLog(std::filesystem::path path, std::int64_t iteration = 0);
-  ~TrainingLog();
-  TrainingLog(const TrainingLog&) = delete;
-  TrainingLog& operator=(const TrainingLog&) = delete;
-
   /// `validation` may be null. Throws as the constructor.
   void add(const TrainingStep& step, const Validation* validation, double images_per_second);
 
@@ -30,7 +28,10 @@ class TrainingLog {
   void write(const std::string& line);
 
   std::filesystem::path path_;
-  std::FILE* file_ = nullptr;
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  std::unique_ptr<std::FILE, Close> file_;
 };
 
 }  // namespace sdmt::train
