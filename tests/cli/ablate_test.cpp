@@ -56,7 +56,7 @@ INSTANTIATE_TEST_SUITE_P(All, Baselines,
 class Ablate : public testing::Test {
  protected:
   void SetUp() override {
-    ASSERT_EQ(run_sdmt({"synth", "scene", "--output", folder_ / "scene", "--frames", "40",
+    ASSERT_EQ(run_sdmt({"synth", "scene", "--output", folder_ / "scene", "--frames", "10",
                         "--width", "320", "--height", "240"})
                   .exit_code,
               0);
