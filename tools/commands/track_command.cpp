@@ -5,14 +5,12 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "command.h"
-#include "peak_memory.h"
 #include "progress.h"
 #include "sdmt/nn/output_file.h"
 #include "sdmt/track/mot_file.h"
@@ -21,6 +19,7 @@
 #include "tracking/file_detections.h"
 #include "tracking/frame_replay.h"
 #include "tracking/hog_detector.h"
+#include "tracking/run_report_text.h"
 #include "tracking/sequence_runner.h"
 #include "tracking/track_renderer.h"
 #include "tracking/track_writers.h"
@@ -46,6 +45,10 @@ struct TrackCommand {
   TrackerArguments tracker;
 
   void run() const;
+
+ private:
+  // Throws when the sequence has no frames and something needs them.
+  void check_input(const FrameSource& source, bool hog_wanted) const;
 };
 
 // Draws the finished frames into a video.
@@ -86,71 +89,6 @@ class Explanation {
   nn::OutputFile file_;
 };
 
-std::string report_json(const RunReport& report) {
-  const track::TrackerStats& stats = report.stats;
-  const auto per_frame = [&](double seconds) {
-    return stats.frames > 0 ? 1000 * seconds / static_cast<double>(stats.frames) : 0.0;
-  };
-  const nlohmann::ordered_json json{{"frames", stats.frames},
-                                    {"detections", stats.detections},
-                                    {"tracks", stats.tracks},
-                                    {"hz", report.hz()},
-                                    {"hz_without_embedding", report.hz_without_embedding()},
-                                    {"stage_ms",
-                                     {{"embed", per_frame(stats.embed_seconds)},
-                                      {"predict", per_frame(stats.predict_seconds)},
-                                      {"assign", per_frame(stats.assign_seconds)},
-                                      {"boost", per_frame(stats.boost_seconds)},
-                                      {"associate", per_frame(stats.associate_seconds)},
-                                      {"emit", per_frame(stats.emit_seconds)}}},
-                                    {"embedded", stats.embedded},
-                                    {"peak_rss_mib", peak_rss_mib()},
-                                    {"unreadable_frames", report.unreadable},
-                                    {"suppressed", stats.suppressed},
-                                    {"without_embedding", stats.without_embedding},
-                                    {"tracklets", stats.tracklets},
-                                    {"boosted", stats.boosted},
-                                    {"merges", stats.merges}};
-  return json.dump(2) + "\n";
-}
-
-std::string summary(const RunReport& report) {
-  const track::TrackerStats& stats = report.stats;
-  std::string text = fmt::format("{} frames, {} detections, {} tracks; tracker {:.1f} Hz",
-                                 stats.frames, stats.detections, stats.tracks, report.hz());
-  if (stats.embedded > 0) {
-    text += fmt::format(" ({:.0f} Hz without embedding)", report.hz_without_embedding());
-  }
-  text += fmt::format(", {:.1f} s in all\n", report.total_seconds);
-  if (report.unreadable > 0) text += fmt::format("{} frames were unreadable\n", report.unreadable);
-  return text;
-}
-
-std::string stage_table(const RunReport& report) {
-  const track::TrackerStats& stats = report.stats;
-  const double frames = stats.frames > 0 ? static_cast<double>(stats.frames) : 1;
-  std::string text = "stage       ms/frame\n";
-  const auto line = [&](const char* stage, double seconds) {
-    text += fmt::format("{:<10} {:9.3f}\n", stage, 1000 * seconds / frames);
-  };
-  line("predict", stats.predict_seconds);
-  line("embed", stats.embed_seconds);
-  line("assign", stats.assign_seconds);
-  line("boost", stats.boost_seconds);
-  line("associate", stats.associate_seconds);
-  line("emit", stats.emit_seconds);
-  line("total", report.tracker_seconds());
-  text += fmt::format(
-      "{:.1f} Hz with embedding, {:.1f} Hz without (reading, detecting and drawing excluded)\n",
-      report.hz(), report.hz_without_embedding());
-  text += fmt::format(
-      "{} boxes embedded ({} without a usable crop), {} detections suppressed, "
-      "{} boosted, {} merges, peak memory {:.0f} MiB\n",
-      stats.embedded, stats.without_embedding, stats.suppressed, stats.boosted, stats.merges,
-      peak_rss_mib());
-  return text;
-}
-
 // --detections, or what the input offers.
 std::string chosen_detections(const std::string& detections, const std::string& input) {
   if (!detections.empty()) return detections;
@@ -159,10 +97,10 @@ std::string chosen_detections(const std::string& detections, const std::string& 
   return std::filesystem::exists(file) ? file.string() : "hog";
 }
 
+void warn(const std::string& text) { fmt::print(stderr, "sdmt track: warning: {}\n", text); }
+
 // The detections of a file; says what may be wrong with their scores.
-template <typename Warn>
-track::DetectionFile read_detections(const std::string& path, track::TrackerOptions& options,
-                                     const Warn& warn) {
+track::DetectionFile read_detections(const std::string& path, track::TrackerOptions& options) {
   auto file = track::DetectionFile::read(path);
   if (!options.use_scores || file.size() == 0) return file;
   if (!file.has_scores()) {
@@ -187,6 +125,23 @@ track::DetectionFile read_detections(const std::string& path, track::TrackerOpti
   return file;
 }
 
+void TrackCommand::check_input(const FrameSource& source, bool hog_wanted) const {
+  if (source.has_images()) return;
+  if (hog_wanted) {
+    throw std::invalid_argument(input +
+                                ": the sequence has no frames, and the people detector "
+                                "looks at them; give --detections FILE");
+  }
+  if (tracker.uses_appearance()) {
+    throw std::invalid_argument(input +
+                                ": the sequence has no frames, and appearance looks at "
+                                "them; track by motion with --no-appearance");
+  }
+  if (!render.empty()) {
+    throw std::invalid_argument(input + ": the sequence has no frames to draw on for --render");
+  }
+}
+
 void TrackCommand::run() const {
   if (output.empty() && jsonl.empty() && render.empty() && json.empty() && !stats) {
     throw std::invalid_argument(
@@ -198,18 +153,7 @@ void TrackCommand::run() const {
   const auto source = open_frame_source(input);
   const std::string wanted = chosen_detections(detections, input);
   const bool hog_wanted = wanted == "hog";
-  if (!source->has_images() && (hog_wanted || tracker.uses_appearance())) {
-    throw std::invalid_argument(fmt::format(
-        "{}: the sequence has no frames, and {} looks at them; {}", input,
-        hog_wanted ? "the people detector" : "appearance",
-        hog_wanted ? "give --detections FILE" : "track by motion with --no-appearance"));
-  }
-  if (!source->has_images() && !render.empty()) {
-    throw std::invalid_argument(input + ": the sequence has no frames to draw on for --render");
-  }
-  const auto warn = [](const std::string& text) {
-    fmt::print(stderr, "sdmt track: warning: {}\n", text);
-  };
+  check_input(*source, hog_wanted);
 
   std::unique_ptr<DetectionSource> boxes;
   if (hog_wanted) {
@@ -217,7 +161,7 @@ void TrackCommand::run() const {
     if (options.calibration) warn("--calibration is not used: hog gives probabilities");
     options.calibration.reset();
   } else {
-    boxes = std::make_unique<FileDetections>(read_detections(wanted, options, warn));
+    boxes = std::make_unique<FileDetections>(read_detections(wanted, options));
   }
 
   // Everything that can be wrong with the outputs is found before the work begins.
@@ -232,7 +176,6 @@ void TrackCommand::run() const {
   }
   std::optional<nn::OutputFile> json_file;
   if (!json.empty()) json_file.emplace(json);
-
   const auto appearance = tracker.load_appearance();
   track::Tracker engine(options, appearance.get());
   std::optional<Explanation> explanation;
@@ -258,11 +201,11 @@ void TrackCommand::run() const {
   for (const auto& writer : writers) writer->commit();
   if (explanation) explanation->commit();
   if (json_file) {
-    json_file->write(report_json(report));
+    json_file->write(run_report_json(report));
     json_file->commit();
   }
   std::FILE* out = jsonl == "-" ? stderr : stdout;
-  fmt::print(out, "{}", summary(report));
+  fmt::print(out, "{}", run_summary(report));
   if (stats) fmt::print(out, "{}", stage_table(report));
 }
 
