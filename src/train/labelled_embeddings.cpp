@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sdmt/train/labelled_embeddings.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
@@ -15,6 +16,15 @@ void LabelledEmbeddings::validate() const {
                                 std::to_string(pids.size()) + " pids and " +
                                 std::to_string(camids.size()) + " camids, expected one each a row");
   }
+  for (int i = 0; i < size(); ++i) {
+    const float* row = embeddings.image(i);
+    if (std::all_of(row, row + dimensions(), [](float v) { return std::isfinite(v); })) continue;
+    throw std::invalid_argument("embeddings: row " + std::to_string(i) +
+                                " has a value that is not finite");
+  }
+}
+
+void LabelledEmbeddings::validate_unit_rows() const {
   constexpr double kLongest = 1.001;
   for (int i = 0; i < size(); ++i) {
     double square = 0;
@@ -22,7 +32,7 @@ void LabelledEmbeddings::validate() const {
       const double value = embeddings.image(i)[k];
       square += value * value;
     }
-    if (!(square <= kLongest * kLongest)) {
+    if (square > kLongest * kLongest) {
       throw std::invalid_argument("embeddings: row " + std::to_string(i) + " has length " +
                                   std::to_string(std::sqrt(square)) + ", expected at most 1");
     }

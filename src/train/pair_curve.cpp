@@ -89,8 +89,8 @@ std::vector<ListedPair> select_pairs(const LabelledEmbeddings& images, PairSet s
 
 // In slices of the dimensions, so that long vectors (feature maps of 131,072 values) are read from
 // the cache.
-std::vector<float> distances_of(const LabelledEmbeddings& images,
-                                const std::vector<ListedPair>& pairs) {
+std::vector<float> euclidean_distances(const LabelledEmbeddings& images,
+                                       const std::vector<ListedPair>& pairs) {
   constexpr int kSlice = 512;
   std::vector<float> distances(pairs.size(), 0.0F);
   const int dimensions = images.dimensions();
@@ -106,8 +106,21 @@ std::vector<float> distances_of(const LabelledEmbeddings& images,
   return distances;
 }
 
+std::vector<float> distances_of(const LabelledEmbeddings& images,
+                                const std::vector<ListedPair>& pairs,
+                                const PairDistance& distance) {
+  if (!distance) return euclidean_distances(images, pairs);
+  std::vector<float> distances(pairs.size());
+#pragma omp parallel for
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    distances[p] =
+        distance(images.embeddings.image(pairs[p].i), images.embeddings.image(pairs[p].j));
+  }
+  return distances;
+}
+
 // The distances of all pairs of the set, in bins. Counts are integers: the order does not matter.
-Roc counted_curve(const LabelledEmbeddings& images, PairSet set) {
+Roc counted_curve(const LabelledEmbeddings& images, PairSet set, const PairDistance& distance) {
   std::vector<DistanceCount> counts(kBins);
   const double width = kLargestDistance / kBins;
   for (std::size_t b = 0; b < counts.size(); ++b) {
@@ -123,9 +136,9 @@ Roc counted_curve(const LabelledEmbeddings& images, PairSet set) {
       for (std::size_t j = i + 1; j < n; ++j) {
         const auto kind = kind_of(images, set, i, j);
         if (!kind) continue;
-        const float d =
-            euclidean_distance(images.embeddings.image(static_cast<int>(i)),
-                               images.embeddings.image(static_cast<int>(j)), dimensions);
+        const float* a = images.embeddings.image(static_cast<int>(i));
+        const float* b = images.embeddings.image(static_cast<int>(j));
+        const float d = distance ? distance(a, b) : euclidean_distance(a, b, dimensions);
         const auto bin = std::min(static_cast<int>(d / width), kBins - 1);
         ++own[static_cast<std::size_t>(bin)][*kind == kPositive ? 0 : 1];
       }
@@ -197,9 +210,11 @@ void PairOptions::validate() const {
   }
 }
 
-PairCurve pair_curve(const LabelledEmbeddings& images, const PairOptions& options) {
+PairCurve pair_curve(const LabelledEmbeddings& images, const PairOptions& options,
+                     const PairDistance& distance) {
   options.validate();
   images.validate();
+  if (!distance) images.validate_unit_rows();
   const Clusters clusters = cluster(images.pids);
   const PairCounts found = count_pairs(images, options.set);
   check_both_classes(found, images.pids.size(), clusters.identities);
@@ -221,14 +236,14 @@ PairCurve pair_curve(const LabelledEmbeddings& images, const PairOptions& option
     for (auto& count : listed) count = std::min(count, PairOptions::kMaxSampledPairs);
   }
   const auto pairs = select_pairs(images, options.set, available, listed, options.seed);
-  const auto distances = distances_of(images, pairs);
+  const auto distances = distances_of(images, pairs, distance);
 
-  PairCurve curve{
-      counted && all ? counted_curve(images, options.set) : listed_curve(images, pairs, distances),
-      {},
-      {},
-      clusters.identities,
-      clusters.backgrounds};
+  PairCurve curve{counted && all ? counted_curve(images, options.set, distance)
+                                 : listed_curve(images, pairs, distances),
+                  {},
+                  {},
+                  clusters.identities,
+                  clusters.backgrounds};
   const KindCounts& used = counted && all ? wanted : listed;
   curve.counts = {used[kPositive], used[kNegative], used[kDistractor]};
   curve.pairs.reserve(pairs.size());

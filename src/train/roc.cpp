@@ -172,6 +172,14 @@ double Roc::tau_a_histogram_crossing() const {
   return 1.0 - counts_.back().distance;  // the negatives never outweigh the positives
 }
 
+RocPoint Roc::at(double distance) const {
+  const auto beyond = std::upper_bound(
+      counts_.begin(), counts_.end(), distance,
+      [](double value, const DistanceCount& count) { return value < count.distance; });
+  const auto i = static_cast<std::size_t>(beyond - counts_.begin());
+  return {distance, tpr(i), fpr(i)};
+}
+
 std::vector<RocPoint> Roc::points() const {
   std::vector<RocPoint> result;
   result.reserve(positives_upto_.size());

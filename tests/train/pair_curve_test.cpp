@@ -138,7 +138,8 @@ TEST(PairCurve, LargeSetsAreCountedInBinsWithoutVisibleDifference) {
 
   const int threads = omp_get_max_threads();
   omp_set_num_threads(3);
-  const auto again = pair_curve(images);
+  const auto again = pair_curve(
+      images, {}, [](const float* a, const float* b) { return euclidean_distance(a, b, 3); });
   omp_set_num_threads(threads);
   EXPECT_EQ(curve.roc.auc(), again.roc.auc());
   EXPECT_EQ(curve.pairs.size(), again.pairs.size());
@@ -157,6 +158,15 @@ TEST(PairCurve, LongVectorsAreSummedWholly) {
   const auto curve = pair_curve(images);
   EXPECT_NEAR(curve.roc.counts().front().distance, 0.6, 1e-6);
   EXPECT_NEAR(curve.roc.counts().back().distance, std::sqrt(2.0), 1e-6);
+}
+
+TEST(PairCurve, TakesAnotherDistance) {
+  const auto images = labelled({{3.0F}, {5.0F}, {4.5F}, {9.0F}}, {1, 1, 2, 2}, {1, 1, 1, 1});
+  const auto curve = pair_curve(images, {}, [](const float* a, const float* b) {
+    return std::abs(*a - *b) < 3.0F ? 0.25F : 0.75F;
+  });
+  // Of one person: 2 and 4.5 apart. Of two: 1.5, 6, 0.5, 4.
+  EXPECT_DOUBLE_EQ(curve.roc.auc(), (0.5 * 2 + 2 + 0.5 * 2) / 8);
 }
 
 TEST(HardestPairs, AreTheFarthestOfOneAndTheNearestOfTwoOncePerIdentity) {
@@ -190,7 +200,7 @@ TEST(PairCurve, RefusesWhatHasNoCurve) {
       [&] {
         pair_curve(labelled({{NAN}, {0.0F}}, {1, 1}, {1, 1}));
       },
-      ThrowsMessage<std::invalid_argument>(HasSubstr("row 0 has length")));
+      ThrowsMessage<std::invalid_argument>(HasSubstr("row 0 has a value that is not finite")));
   EXPECT_THAT(
       [&] {
         pair_curve(labelled({{0.0F}, {0.0F}}, {1}, {1, 1}));

@@ -72,6 +72,10 @@ TEST(Roc, FiguresOfACurveDrawnByHand) {
   EXPECT_NEAR(roc.tau_a_max_accuracy(), 1 - 0.35, 1e-7);
   EXPECT_NEAR(roc.tau_a_at_fpr(0.1), 1 - 0.15, 1e-7);
   EXPECT_NEAR(roc.tau_a_at_fpr(1.0), 1 - 0.6, 1e-7);
+  EXPECT_DOUBLE_EQ(roc.at(0.05).tpr, 0.0);
+  EXPECT_DOUBLE_EQ(roc.at(0.35).tpr, 1.0);
+  EXPECT_DOUBLE_EQ(roc.at(0.35).fpr, 0.25);
+  EXPECT_DOUBLE_EQ(roc.at(2.0).fpr, 1.0);
   const auto points = roc.points();
   ASSERT_EQ(points.size(), 7U);
   EXPECT_EQ(points.front().tpr, 0.0);

@@ -7,8 +7,8 @@
 
 namespace sdmt::train {
 
-/// Images as points on the unit sphere: row i of `embeddings` {n,1,1,d} belongs to pids[i] and
-/// camids[i]. pid kDistractorPid (market1501.h) marks background, which is nobody's image.
+/// Images as points, mostly of the unit sphere: row i of `embeddings` {n,1,1,d} belongs to pids[i]
+/// and camids[i]. pid kDistractorPid (market1501.h) marks background, which is nobody's image.
 struct LabelledEmbeddings {
   nn::Tensor embeddings;
   std::vector<int> pids;
@@ -17,9 +17,11 @@ struct LabelledEmbeddings {
   int size() const { return embeddings.shape().n; }
   int dimensions() const { return static_cast<int>(embeddings.shape().image_size()); }
 
-  /// Throws std::invalid_argument when there are not as many pids and camids as rows, or a row is
-  /// longer than 1 (by more than rounding) or not finite.
+  /// Throws std::invalid_argument when there are not as many pids and camids as rows, or a value is
+  /// not finite.
   void validate() const;
+  /// Throws std::invalid_argument naming the first row that is longer than 1 by more than rounding.
+  void validate_unit_rows() const;
 };
 
 /// Euclidean distance of two vectors of `size` values, summed in an order that depends on nothing

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "sdmt/train/auc_bootstrap.h"
@@ -53,12 +54,16 @@ struct PairCurve {
   int backgrounds = 0;
 };
 
-/// Computes the distances of the set's pairs. Exact up to 8 million pairs; beyond that distances
-/// are counted in bins of 2^-19, which changes areas and rates by less than 1e-5 and keeps the
-/// memory under 200 MB however many images there are. The same for any number of threads. Throws
-/// std::invalid_argument when the images or options are not valid, or there is no pair of one
-/// person or none of two people.
-PairCurve pair_curve(const LabelledEmbeddings& images, const PairOptions& options = {});
+/// How unlike the rows of two images are, 0 to 2; called by several threads.
+using PairDistance = std::function<float(const float*, const float*)>;
+
+/// Computes the distances of the set's pairs (Euclidean, of rows of length 1, unless `distance`
+/// says otherwise). Exact up to 8 million pairs; beyond that distances are counted in bins of
+/// 2^-19, which changes areas and rates by less than 1e-5 and keeps the memory under 200 MB however
+/// many images there are. The same for any number of threads. Throws std::invalid_argument when the
+/// images or options are not valid, or there is no pair of one person or none of two people.
+PairCurve pair_curve(const LabelledEmbeddings& images, const PairOptions& options = {},
+                     const PairDistance& distance = {});
 
 /// Two images (by index) and how far apart they are.
 struct ImagePair {

@@ -61,6 +61,8 @@ class Roc {
   /// the largest distance, equal mass) cross.
   double tau_a_histogram_crossing() const;
 
+  /// Rates when pairs at `distance` and nearer are called the same person.
+  RocPoint at(double distance) const;
   /// From (0, 0), with a threshold below all distances, to (1, 1); tpr and fpr ascend.
   std::vector<RocPoint> points() const;
   const std::vector<DistanceCount>& counts() const { return counts_; }
