@@ -20,6 +20,7 @@
 #include "progress.h"
 #include "sdmt/nn/model_file.h"
 #include "sdmt/nn/output_file.h"
+#include "sdmt/train/pair_classifier.h"
 #include "sdmt/train/trainer.h"
 #include "sdmt/train/training_log.h"
 #include "stop_signal.h"
@@ -35,6 +36,7 @@ struct Arguments {
   train::TrainingSetOptions data;
   train::TrainerOptions trainer;
   std::string output, trunk, model, unfreeze, tie = "8x2";
+  std::string head = "metric";
   bool freeze_trunk = false;
   nn::Storage storage = nn::Storage::float32;
   std::string checkpoint, resume, log, feature_cache, json;
@@ -152,6 +154,42 @@ bool run(train::Trainer& trainer, const Arguments& arguments, const StopSignal& 
   return trainer.finished();
 }
 
+// The paper's other network, a baseline: no checkpoints, as it takes minutes.
+void run_pair_classifier(nn::Model& model, const train::TrainingSet& data,
+                         const Arguments& arguments, const StopSignal& stop) {
+  std::unique_ptr<Progress> progress;
+  std::int64_t cached = 0;
+  train::PairTrainingEvents events;
+  events.caching = [&](std::int64_t done, std::int64_t total) {
+    if (!progress || done < cached) {
+      progress = std::make_unique<Progress>("caching", total, "views");
+    }
+    progress->update(cached = done);
+    if (stop.requested()) throw Stopped();
+  };
+  bool training = false;
+  events.step = [&](const train::PairTrainingStep& step) {
+    if (!std::exchange(training, true)) {
+      progress = std::make_unique<Progress>("training", arguments.trainer.iterations, "iterations");
+    }
+    progress->update(step.iteration, fmt::format("loss {:.4f}", step.loss));
+    for (const auto& [name, auc] : step.auc) {
+      fmt::print("iteration {}: loss {:.4f}, validation AUC  {} {:.4f}{}\n", step.iteration,
+                 step.loss, name, auc, step.best ? " (best)" : "");
+      std::fflush(stdout);
+    }
+    if (stop.requested()) throw Stopped();
+  };
+  try {
+    auto classifier = train::train_pair_classifier(model, data, arguments.trainer, events);
+    progress.reset();
+    train::save_pair_classifier(arguments.output, model, classifier, arguments.storage);
+    fmt::print("wrote {}\n", arguments.output);
+  } catch (const Stopped&) {
+    fmt::print("stopped, nothing written\n");
+  }
+}
+
 void train_embedder(Arguments arguments) {
   arguments.data.seed = arguments.trainer.seed;
   arguments.trainer.tie = parse_tie(arguments.tie);
@@ -171,6 +209,10 @@ void train_embedder(Arguments arguments) {
   report["images"] = data.images.size();
   report["identities"] = data.identities.size();
   report["unreadable"] = data.unreadable.size();
+  if (arguments.head == "pair-classifier") {
+    run_pair_classifier(model, data, arguments, stop);
+    return;
+  }
   train::Trainer trainer(model, std::move(data), arguments.trainer);
   describe(trainer.data(), arguments, trainer);
   if (!arguments.resume.empty()) trainer.load_checkpoint(arguments.resume);
@@ -233,6 +275,12 @@ void add_model_options(CLI::App& command, Arguments& a) {
       .add_option("--unfreeze", a.unfreeze,
                   "First layer of the trunk to train, such as conv3_1; those before stay")
       ->excludes(freeze);
+  command
+      .add_option("--head", a.head,
+                  "metric, or pair-classifier: the paper's other network, a baseline for "
+                  "validate-roc --pair-classifier, always on the frozen trunk")
+      ->check(CLI::IsMember({"metric", "pair-classifier"}))
+      ->capture_default_str();
   command.add_option("--tie", a.tie, "Blocks of the map that share FC1's weights, or none")
       ->capture_default_str();
   command.add_option("--storage", a.storage, "Of the weights: float32, float16 or int8 [float32]")
