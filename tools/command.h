@@ -21,5 +21,6 @@ void add_synth_reid_command(CLI::App& synth);
 void add_synth_scene_command(CLI::App& synth);
 void add_track_command(CLI::App& app);
 void add_train_embedder_command(CLI::App& app);
+void add_validate_roc_command(CLI::App& app);
 
 }  // namespace sdmt::tools

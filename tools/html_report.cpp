@@ -23,7 +23,7 @@ h1 { font-size: 30px; line-height: 1.2; letter-spacing: -0.02em; margin: 0 0 6px
 header p { margin: 0; color: var(--muted); overflow-wrap: anywhere; }
 h2 { font-size: 19px; letter-spacing: -0.01em; margin: 44px 0 12px; }
 p { max-width: 72ch; margin: 0 0 14px; }
-.numbers { display: grid; grid-template-columns: repeat(auto-fit, minmax(150px, 1fr)); gap: 12px; margin: 0 0 8px; }
+.numbers { display: grid; grid-template-columns: repeat(auto-fit, minmax(138px, 1fr)); gap: 12px; margin: 0 0 8px; }
 .number { background: var(--tint); border: 1px solid var(--rule); border-radius: 8px; padding: 14px 16px; }
 .number b { display: block; font-size: 27px; line-height: 1.15; letter-spacing: -0.02em; font-variant-numeric: tabular-nums; }
 .number span { display: block; font-weight: 600; font-size: 13px; margin-top: 4px; }
@@ -40,12 +40,12 @@ caption { caption-side: bottom; text-align: left; color: var(--muted); font-size
 figure { margin: 0 0 18px; }
 figure svg, figure img { display: block; max-width: 100%; height: auto; }
 figcaption { color: var(--muted); font-size: 13px; max-width: 90ch; margin-top: 6px; }
-.gallery { display: grid; grid-template-columns: repeat(auto-fill, minmax(170px, 1fr)); gap: 14px; }
+.gallery { display: grid; grid-template-columns: repeat(auto-fill, minmax(138px, 1fr)); gap: 12px; }
 .card { border: 1px solid var(--rule); border-radius: 8px; padding: 10px; break-inside: avoid; }
 .card div { display: flex; gap: 6px; margin-bottom: 8px; }
 .card img { width: calc(50% - 3px); aspect-ratio: 1 / 2; object-fit: fill; border-radius: 4px; background: var(--tint); }
 .card b { display: block; font-size: 13px; font-variant-numeric: tabular-nums; }
-.card small { display: block; color: var(--muted); font-size: 12px; overflow-wrap: anywhere; line-height: 1.35; }
+.card small { display: block; color: var(--muted); font-size: 12px; overflow-wrap: anywhere; line-height: 1.35; white-space: pre-line; }
 footer { margin-top: 56px; padding-top: 12px; border-top: 1px solid var(--rule); color: var(--muted); font-size: 12.5px; }
 @media print { main { max-width: none; padding: 0; } h2 { break-after: avoid; } }
 )";

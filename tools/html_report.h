@@ -29,7 +29,7 @@ struct HtmlNumber {
 struct HtmlCard {
   std::vector<std::string> images;  ///< data_uri() each
   std::string caption;
-  std::string note;
+  std::string note;  ///< may have several lines
 };
 
 /// One HTML page that needs no other file: style, plots and pictures are inside. All texts given to

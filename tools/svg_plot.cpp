@@ -160,7 +160,7 @@ void SvgPlot::add_line(std::string name, std::span<const SvgPoint> points, std::
     const double x = pixel_x(points[i].x);
     const double y = pixel_y(points[i].y);
     const bool ends = i == 0 || i + 1 == points.size();
-    if (!ends && std::abs(x - last_x) < 1.0 / 3 && std::abs(y - last_y) < 1.0 / 3) continue;
+    if (!ends && std::abs(x - last_x) < 0.5 && std::abs(y - last_y) < 0.5) continue;
     path += fmt::format("{}{} {}", path.empty() ? "M" : "L", number(x), number(y));
     last_x = x;
     last_y = y;

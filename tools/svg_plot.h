@@ -51,7 +51,7 @@ class SvgPlot {
   /// Throws std::invalid_argument for an empty range, or a logarithmic axis that reaches zero.
   explicit SvgPlot(SvgPlotOptions options);
 
-  /// A line through the points. Points closer than a third of a pixel are left out.
+  /// A line through the points. Points closer than half a pixel are left out.
   void add_line(std::string name, std::span<const SvgPoint> points, std::string color = "",
                 bool dashed = false);
   /// Bars from zero to values[i] over [left + i * step, left + i * step + width]. Translucent, so

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/core.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "command.h"
+#include "progress.h"
+#include "sdmt/nn/model_file.h"
+#include "sdmt/nn/output_file.h"
+#include "shipped_files.h"
+#include "validation/crop_feature.h"
+#include "validation/validation.h"
+#include "validation/validation_crops.h"
+#include "validation/validation_report.h"
+
+namespace sdmt::tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ValidateRocCommand {
+  std::string model;
+  std::string pair_classifier;
+  ValidationCropOptions crops;
+  ValidationOptions validation;
+  bool baselines = false;
+  bool write_threshold = false;
+  std::string plot;
+  std::string report;
+  std::string json;
+
+  void run() const;
+
+ private:
+  std::vector<std::unique_ptr<CropFeature>> features(const fs::path& model_file,
+                                                     std::size_t count) const;
+};
+
+std::vector<std::unique_ptr<CropFeature>> ValidateRocCommand::features(const fs::path& model_file,
+                                                                       std::size_t count) const {
+  std::vector<std::unique_ptr<CropFeature>> features;
+  features.push_back(embedding_feature(nn::load_model(model_file)));
+  if (!pair_classifier.empty()) features.push_back(pair_classifier_feature(pair_classifier));
+  if (!baselines) return features;
+  features.push_back(untrained_head_feature(nn::load_model(model_file), validation.seed));
+  auto trunk = trunk_feature(nn::load_model(model_file));
+  constexpr std::size_t kMostValues = 250'000'000;  // 1 GB
+  if (count * static_cast<std::size_t>(trunk->dimensions()) <= kMostValues) {
+    features.push_back(std::move(trunk));
+  } else {
+    fmt::print("the baseline of trunk features is left out: {} images would take more than 1 GB\n",
+               count);
+  }
+  features.push_back(color_histogram_feature());
+  return features;
+}
+
+void ValidateRocCommand::run() const {
+  validation.validate();
+  for (const std::string& path : {plot, report, json}) {
+    if (!path.empty()) nn::OutputFile file(path);  // can it be written? Known before the work
+  }
+  const fs::path model_file = model.empty() ? find_default_model() : fs::path(model);
+  const auto listed = list_validation_crops(crops);
+  const auto described_by = features(model_file, listed.size());
+  DescribedCrops described;
+  {
+    Progress progress("embedding", static_cast<std::int64_t>(listed.size()), "images");
+    described =
+        describe_crops(listed, described_by, [&](std::int64_t done) { progress.update(done); });
+  }
+  for (const auto& path : described.unreadable) fmt::print("left out: {}\n", path.string());
+
+  const auto data = fs::weakly_canonical(crops.data).filename().string();
+  const auto scores = score(described, described_by, validation, data);
+  fmt::print("{}", to_text(scores));
+  if (!plot.empty()) nn::write_text_file(plot, validation_plot(scores));
+  if (!report.empty()) {
+    nn::write_text_file(report,
+                        validation_report(scores, described, model_file.filename().string()));
+  }
+  if (!json.empty()) nn::write_text_file(json, to_json(scores).dump(2) + "\n");
+  if (write_threshold) {
+    nn::ModelMetadata metadata = nn::load_model(model_file).metadata;
+    metadata.tau_a = {scores.chosen.tau_a, scores.chosen.criterion, scores.chosen.fpr};
+    nn::rewrite_metadata(model_file, metadata);
+    fmt::print("written to {}\n", model_file.string());
+  }
+}
+
+}  // namespace
+
+void add_validate_roc_command(CLI::App& app) {
+  auto command = std::make_shared<ValidateRocCommand>();
+  CLI::App* sub = app.add_subcommand(
+      "validate-roc", "Measure how well a model tells people apart, and choose tau_a");
+  sub->add_option("--model", command->model, "Model file [the shipped one]")->type_name("FILE");
+  sub->add_option("--pair-classifier", command->pair_classifier,
+                  "Also score a classifier made by train-embedder --head pair-classifier")
+      ->type_name("FILE");
+  sub->add_option("--data", command->crops.data,
+                  "Folder in the layout of Market-1501 (query, bounding_box_test), folder of such "
+                  "images, or MOT sequence (its ground truth)")
+      ->required()
+      ->type_name("DIR");
+  sub->add_option("--distractors", command->crops.distractors,
+                  "Folder of background images, beside those of pid 0000")
+      ->type_name("DIR");
+  sub->add_option("--frame-step", command->crops.frame_step, "Of a MOT sequence, every Nth frame")
+      ->capture_default_str();
+  sub->add_option("--pairs", command->validation.pairs,
+                  "Pairs of each kind, a seeded sample [all pairs]");
+  sub->add_option("--seed", command->validation.seed, "Of samples and intervals")
+      ->capture_default_str();
+  sub->add_option("--criterion", command->validation.criterion,
+                  "How tau_a is chosen: largest accuracy, equal error rate, crossing of the "
+                  "histograms, or --target-fpr")
+      ->check(CLI::IsMember({"accuracy", "eer", "crossing", "fpr"}))
+      ->capture_default_str();
+  sub->add_option("--target-fpr", command->validation.target_fpr, "For --criterion fpr")
+      ->capture_default_str();
+  sub->add_flag("--baselines", command->baselines,
+                "Also score an untrained head, the trunk's features and a colour histogram");
+  sub->add_flag("--write-threshold", command->write_threshold, "Store tau_a in the model file");
+  sub->add_option("--plot", command->plot, "Write the plot here (SVG)")->type_name("FILE");
+  sub->add_option("--report", command->report, "Write a report here (HTML)")->type_name("FILE");
+  sub->add_option("--json", command->json, "Write the numbers here")->type_name("FILE");
+  sub->callback([command] { command->run(); });
+}
+
+}  // namespace sdmt::tools

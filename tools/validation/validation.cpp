@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "validation/validation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "sdmt/train/market1501.h"
+#include "text_table.h"
+
+namespace sdmt::tools {
+
+namespace {
+
+ValidatedCurve validated(train::PairCurve curve, std::uint64_t seed) {
+  train::BootstrapOptions options;
+  options.seed = seed;
+  const auto interval =
+      train::bootstrap_auc(curve.pairs, curve.identities, curve.backgrounds, options);
+  curve.pairs = {};  // 12 bytes a pair, of no further use
+  return {std::move(curve), interval};
+}
+
+// The rows of `crops` that `wanted` picks.
+template <typename Wanted>
+train::LabelledEmbeddings subset(const train::LabelledEmbeddings& all,
+                                 const std::vector<ValidationCrop>& crops, Wanted wanted) {
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < crops.size(); ++i) {
+    if (wanted(crops[i])) rows.push_back(i);
+  }
+  train::LabelledEmbeddings part;
+  part.embeddings.resize({static_cast<int>(rows.size()), 1, 1, all.dimensions()});
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    std::copy_n(all.embeddings.image(static_cast<int>(rows[r])), all.dimensions(),
+                part.embeddings.image(static_cast<int>(r)));
+    part.pids.push_back(all.pids[rows[r]]);
+    part.camids.push_back(all.camids[rows[r]]);
+  }
+  return part;
+}
+
+FeatureScores score_feature(const CropFeature& feature, const train::LabelledEmbeddings& rows,
+                            const std::vector<ValidationCrop>& crops,
+                            const ValidationOptions& options) {
+  const auto curve = [&](train::PairSet set) {
+    train::PairOptions pairs;
+    pairs.set = set;
+    pairs.pairs = options.pairs;
+    pairs.seed = options.seed;
+    return validated(train::pair_curve(rows, pairs, feature.distance()), options.seed);
+  };
+  FeatureScores scores{
+      feature.name(), curve(train::PairSet::person_only), {}, curve(train::PairSet::paper), {}};
+  const auto across = train::count_pairs(rows, train::PairSet::cross_camera);
+  if (across.positives > 0 && across.negatives > 0) {
+    scores.cross_camera = curve(train::PairSet::cross_camera);
+  }
+  if (feature.distance()) return scores;
+  scores.search =
+      train::reid_metrics(subset(rows, crops, [](const auto& crop) { return crop.query; }),
+                          subset(rows, crops, [](const auto& crop) { return crop.gallery; }));
+  return scores;
+}
+
+ThresholdChoice choice(std::string criterion, double tau_a, const train::Roc& roc) {
+  const auto rates = roc.at(1.0 - tau_a);
+  return {std::move(criterion), tau_a, rates.tpr, rates.fpr};
+}
+
+std::vector<ThresholdChoice> threshold_choices(const train::Roc& roc) {
+  return {choice("accuracy", roc.tau_a_max_accuracy(), roc),
+          choice("eer", roc.tau_a_eer(), roc),
+          choice("crossing", roc.tau_a_histogram_crossing(), roc),
+          choice("fpr 0.1", roc.tau_a_at_fpr(0.1), roc),
+          choice("fpr 0.01", roc.tau_a_at_fpr(0.01), roc),
+          choice("fpr 0.001", roc.tau_a_at_fpr(0.001), roc)};
+}
+
+nlohmann::ordered_json curve_json(const ValidatedCurve& curve) {
+  const train::Roc& roc = curve.pairs.roc;
+  return {{"auc", roc.auc()},
+          {"auc_low", curve.interval.low},
+          {"auc_high", curve.interval.high},
+          {"eer", roc.eer()},
+          {"tpr_at_fpr",
+           {{"0.1", roc.tpr_at_fpr(0.1)},
+            {"0.01", roc.tpr_at_fpr(0.01)},
+            {"0.001", roc.tpr_at_fpr(0.001)}}},
+          {"accuracy", roc.accuracy()},
+          {"positives", curve.pairs.counts.positives},
+          {"negatives", curve.pairs.counts.negatives},
+          {"distractors", curve.pairs.counts.distractors}};
+}
+
+nlohmann::ordered_json feature_json(const FeatureScores& scores) {
+  nlohmann::ordered_json json;
+  json["person_only"] = curve_json(scores.person_only);
+  json["cross_camera"] = nullptr;
+  if (scores.cross_camera) json["cross_camera"] = curve_json(*scores.cross_camera);
+  json["paper"] = curve_json(scores.paper);
+  const auto search = [&](const char* key, double train::ReidMetrics::*field) {
+    json[key] = nullptr;
+    if (scores.search) json[key] = *scores.search.*field;
+  };
+  search("rank1", &train::ReidMetrics::rank1);
+  search("rank5", &train::ReidMetrics::rank5);
+  search("rank10", &train::ReidMetrics::rank10);
+  search("map", &train::ReidMetrics::map);
+  search("map_trapezoid", &train::ReidMetrics::map_trapezoid);
+  return json;
+}
+
+void add_curve_row(TextTable& table, const std::string& name, const ValidatedCurve& curve) {
+  const train::Roc& roc = curve.pairs.roc;
+  table.add_row({name, format_area(curve), format_rate(roc.eer()), format_rate(roc.tpr_at_fpr(0.1)),
+                 format_rate(roc.tpr_at_fpr(0.01)), format_rate(roc.tpr_at_fpr(0.001))});
+}
+
+std::string curve_table(const ValidationScores& scores) {
+  TextTable table({"", "AUC [95 %]", "EER", "TPR at FPR 0.1", "0.01", "0.001"});
+  const FeatureScores& model = scores.features.front();
+  add_curve_row(table, "person-only", model.person_only);
+  if (model.cross_camera) add_curve_row(table, "across cameras", *model.cross_camera);
+  add_curve_row(table, "paper mix", model.paper);
+  if (scores.features.size() > 1) table.add_rule();
+  for (std::size_t f = 1; f < scores.features.size(); ++f) {
+    add_curve_row(table, scores.features[f].name, scores.features[f].person_only);
+  }
+  return table.str();
+}
+
+std::string search_table(const ValidationScores& scores) {
+  if (!scores.features.front().search) {
+    return "search: no image of a query's person by another camera\n";
+  }
+  TextTable table({"search", "rank-1", "rank-5", "rank-10", "mAP", "mAP (trapezoid)"});
+  for (const FeatureScores& feature : scores.features) {
+    const auto& s = feature.search;
+    if (!s) continue;
+    table.add_row({feature.name, format_rate(s->rank1), format_rate(s->rank5),
+                   format_rate(s->rank10), format_rate(s->map), format_rate(s->map_trapezoid)});
+  }
+  return table.str();
+}
+
+std::string threshold_table(const ValidationScores& scores) {
+  TextTable table({"tau_a by", "tau_a", "TPR", "FPR"});
+  for (const ThresholdChoice& t : scores.thresholds) {
+    table.add_row({t.criterion, format_rate(t.tau_a), format_rate(t.tpr), format_rate(t.fpr)});
+  }
+  return table.str();
+}
+
+}  // namespace
+
+void ValidationOptions::validate() const {
+  train::PairOptions pair_options;
+  pair_options.pairs = pairs;
+  pair_options.validate();
+  if (!(target_fpr > 0 && target_fpr < 1)) {
+    throw std::invalid_argument(
+        fmt::format("target_fpr is {}, expected between 0 and 1", target_fpr));
+  }
+}
+
+ValidationScores score(const DescribedCrops& described,
+                       std::span<const std::unique_ptr<CropFeature>> features,
+                       const ValidationOptions& options, const std::string& data) {
+  options.validate();
+  ValidationScores scores;
+  scores.data = data;
+  scores.options = options;
+  scores.unreadable = static_cast<int>(described.unreadable.size());
+  std::set<int> people;
+  std::set<int> cameras;
+  for (const ValidationCrop& crop : described.crops) {
+    if (crop.pid == train::kDistractorPid) {
+      ++scores.distractors;
+      continue;
+    }
+    ++scores.images;
+    people.insert(crop.pid);
+    cameras.insert(crop.camid);
+  }
+  scores.people = static_cast<int>(people.size());
+  scores.cameras = static_cast<int>(cameras.size());
+  for (std::size_t f = 0; f < described.features.size(); ++f) {
+    scores.features.push_back(
+        score_feature(*features[f], described.features[f], described.crops, options));
+  }
+  const train::Roc& roc = scores.features.front().person_only.pairs.roc;
+  scores.thresholds = threshold_choices(roc);
+  if (options.criterion == "fpr") {
+    scores.chosen = choice("fpr", roc.tau_a_at_fpr(options.target_fpr), roc);
+  } else {
+    const auto found =
+        std::find_if(scores.thresholds.begin(), scores.thresholds.end(),
+                     [&](const auto& t) { return t.criterion == options.criterion; });
+    if (found == scores.thresholds.end()) {
+      throw std::invalid_argument("criterion is '" + options.criterion +
+                                  "', expected accuracy, eer, crossing or fpr");
+    }
+    scores.chosen = *found;
+  }
+  return scores;
+}
+
+std::string format_rate(double value) { return fmt::format("{:.4f}", value); }
+
+std::string format_area(const ValidatedCurve& curve) {
+  return fmt::format("{:.4f} [{:.4f}, {:.4f}]", curve.pairs.roc.auc(), curve.interval.low,
+                     curve.interval.high);
+}
+
+std::string format_count(std::int64_t value) {
+  std::string digits = std::to_string(value);
+  for (auto at = static_cast<std::ptrdiff_t>(digits.size()) - 3; at > 0; at -= 3) {
+    digits.insert(static_cast<std::size_t>(at), ",");
+  }
+  return digits;
+}
+
+std::string describe_pairs(const train::PairCounts& counts) {
+  std::string text = fmt::format("{} of one person, {} of two people",
+                                 format_count(counts.positives), format_count(counts.negatives));
+  if (counts.distractors > 0) {
+    text += fmt::format(", {} of a person and the background", format_count(counts.distractors));
+  }
+  return text;
+}
+
+std::string describe_images(const ValidationScores& scores) {
+  auto text = fmt::format("{} images of {} people by {} camera{}", format_count(scores.images),
+                          scores.people, scores.cameras, scores.cameras == 1 ? "" : "s");
+  if (scores.distractors > 0) {
+    text += fmt::format(", {} of the background", format_count(scores.distractors));
+  }
+  return text;
+}
+
+std::string to_text(const ValidationScores& scores) {
+  const FeatureScores& model = scores.features.front();
+  std::string text = fmt::format("{}: {}\n", scores.data, describe_images(scores));
+  if (scores.unreadable > 0) {
+    text += fmt::format("left out, unreadable or too small: {}\n", scores.unreadable);
+  }
+  text += fmt::format("pairs, person-only: {}\npairs, paper mix: {}; seed {}\n\n",
+                      describe_pairs(model.person_only.pairs.counts),
+                      describe_pairs(model.paper.pairs.counts), scores.options.seed);
+  text += curve_table(scores) + "\n" + search_table(scores) + "\n" + threshold_table(scores);
+  return text +
+         fmt::format("\ntau_a = {:.4f} (by {})\n", scores.chosen.tau_a, scores.chosen.criterion);
+}
+
+nlohmann::ordered_json to_json(const ValidationScores& scores) {
+  nlohmann::ordered_json json = feature_json(scores.features.front());
+  json["tau_a"] = scores.chosen.tau_a;
+  json["criterion"] = scores.chosen.criterion;
+  nlohmann::ordered_json thresholds;
+  for (const ThresholdChoice& t : scores.thresholds) {
+    thresholds[t.criterion] = {{"tau_a", t.tau_a}, {"tpr", t.tpr}, {"fpr", t.fpr}};
+  }
+  json["tau_a_by"] = thresholds;
+  json["data"] = scores.data;
+  json["images"] = scores.images;
+  json["people"] = scores.people;
+  json["cameras"] = scores.cameras;
+  json["distractor_images"] = scores.distractors;
+  json["unreadable"] = scores.unreadable;
+  json["seed"] = scores.options.seed;
+  nlohmann::ordered_json baselines = nlohmann::ordered_json::object();
+  for (std::size_t f = 1; f < scores.features.size(); ++f) {
+    baselines[scores.features[f].name] = feature_json(scores.features[f]);
+  }
+  json["baselines"] = baselines;
+  return json;
+}
+
+}  // namespace sdmt::tools

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "validation/validation_crops.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <stdexcept>
+
+#include "sdmt/track/mot_file.h"
+#include "sdmt/track/sequence.h"
+#include "sdmt/train/image_file.h"
+#include "sdmt/train/market1501.h"
+
+namespace sdmt::tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+void append(std::vector<ValidationCrop>& crops, const std::vector<train::ReidImage>& images,
+            bool query, bool gallery) {
+  for (const auto& image : images) {
+    // The protocol searches for people only.
+    const bool person = image.pid != train::kDistractorPid;
+    crops.push_back({image.path, {}, image.pid, image.camid, query && person, gallery});
+  }
+}
+
+std::vector<ValidationCrop> list_reid_set(const fs::path& folder) {
+  std::vector<ValidationCrop> crops;
+  const bool query = train::has_split(folder, train::Split::query);
+  const bool gallery = train::has_split(folder, train::Split::gallery);
+  if (query != gallery) {
+    throw std::invalid_argument(fmt::format("{}: has no folder {}, expected both", folder.string(),
+                                            query ? "bounding_box_test" : "query"));
+  }
+  if (!query) {
+    append(crops, train::list_reid_images(folder), true, true);
+    return crops;
+  }
+  append(crops, train::list_reid_images(train::split_folder(folder, train::Split::query)), true,
+         false);
+  append(crops, train::list_reid_images(train::split_folder(folder, train::Split::gallery)), false,
+         true);
+  return crops;
+}
+
+std::vector<ValidationCrop> list_sequence(const fs::path& folder, int frame_step) {
+  const auto sequence = track::Sequence::read(folder);
+  auto width = sequence.width;
+  auto height = sequence.height;
+  if (width == 0 || height == 0) {
+    const auto first = train::read_image(sequence.image(1));
+    width = first.width;
+    height = first.height;
+  }
+  std::vector<ValidationCrop> crops;
+  for (const auto& row : track::read_ground_truth(sequence.ground_truth())) {
+    if ((row.frame - 1) % frame_step != 0 || row.category > 1) continue;
+    // The file counts pixels from 1.
+    const nn::PixelRect rect{row.box.left - 1, row.box.top - 1, row.box.width, row.box.height};
+    const bool inside = std::round(rect.left) >= 0 && std::round(rect.top) >= 0 &&
+                        std::round(rect.left + rect.width) <= width &&
+                        std::round(rect.top + rect.height) <= height;
+    if (!inside) continue;
+    // Ids count from 1, but nothing forbids 0, which must not become a distractor.
+    crops.push_back({sequence.image(row.frame), rect, row.id + 1, 0, true, true});
+  }
+  if (crops.empty()) {
+    throw std::invalid_argument(fmt::format("{}: no box lies inside the image in frames 1, {}, ...",
+                                            sequence.ground_truth().string(), 1 + frame_step));
+  }
+  return crops;
+}
+
+std::vector<ValidationCrop> list_distractors(const fs::path& folder) {
+  if (!fs::is_directory(folder)) {
+    throw std::invalid_argument(folder.string() + ": is no folder");
+  }
+  std::vector<ValidationCrop> crops;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    auto extension = entry.path().extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (extension != ".jpg" && extension != ".jpeg" && extension != ".png") continue;
+    crops.push_back({entry.path(), {}, train::kDistractorPid, 0, false, true});
+  }
+  if (crops.empty()) {
+    throw std::invalid_argument(folder.string() + ": holds no .jpg, .jpeg or .png image");
+  }
+  std::sort(crops.begin(), crops.end(), [](const ValidationCrop& a, const ValidationCrop& b) {
+    return a.image.filename() < b.image.filename();
+  });
+  return crops;
+}
+
+}  // namespace
+
+std::string ValidationCrop::label() const {
+  const auto name = image.filename().string();
+  if (!rect) return name;
+  return fmt::format("{} at {:.0f}, {:.0f}, {:.0f} x {:.0f}", name, rect->left, rect->top,
+                     rect->width, rect->height);
+}
+
+std::vector<ValidationCrop> list_validation_crops(const ValidationCropOptions& options) {
+  if (!fs::is_directory(options.data)) {
+    throw std::invalid_argument(options.data.string() + ": is no folder");
+  }
+  if (options.frame_step < 1) {
+    throw std::invalid_argument(
+        fmt::format("frame_step is {}, expected at least 1", options.frame_step));
+  }
+  auto crops = track::Sequence::is_sequence(options.data)
+                   ? list_sequence(options.data, options.frame_step)
+                   : list_reid_set(options.data);
+  if (!options.distractors.empty()) {
+    const auto distractors = list_distractors(options.distractors);
+    crops.insert(crops.end(), distractors.begin(), distractors.end());
+  }
+  return crops;
+}
+
+}  // namespace sdmt::tools
