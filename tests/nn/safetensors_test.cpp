@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstring>
 #include <filesystem>
@@ -51,7 +52,10 @@ std::string refusal(const std::string& header, std::size_t data = 0) {
   return refusal(file_of(header, data));
 }
 
-fs::path temporary(const std::string& name) { return fs::path(testing::TempDir()) / name; }
+// Tests run beside each other, each in its own process.
+fs::path temporary(const std::string& name) {
+  return fs::path(testing::TempDir()) / (std::to_string(::getpid()) + "-" + name);
+}
 
 TEST(Safetensors, ReadsWhatTheFormatAllows) {
   const auto bytes = file_of(

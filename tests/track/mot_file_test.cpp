@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -20,9 +21,14 @@ using ::testing::HasSubstr;
 class MotFile : public ::testing::Test {
  protected:
   fs::path write(const std::string& text) {
-    const fs::path path = fs::path(::testing::TempDir()) / "det.txt";
+    const fs::path path = temporary("det.txt");
     std::ofstream(path, std::ios::binary) << text;
     return path;
+  }
+
+  // Tests run beside each other, each in its own process.
+  static fs::path temporary(const std::string& name) {
+    return fs::path(::testing::TempDir()) / (std::to_string(::getpid()) + "-" + name);
   }
 
   std::string detection_error(const std::string& text) {
@@ -130,7 +136,7 @@ TEST_F(MotFile, ResultsSurviveWritingAndReading) {
   const std::vector<ResultRow> rows = {{1, 3, {10.25, -2.5, 30, 70}, 1},
                                        {1, 4, {1e9, 0, 1, 2.75}, 0.5},
                                        {2, 3, {11, -3, 30, 70}, -1}};
-  const fs::path path = fs::path(::testing::TempDir()) / "results.txt";
+  const fs::path path = temporary("results.txt");
   write_results(path, rows);
   const auto read = read_results(path);
   ASSERT_EQ(read.size(), rows.size());

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -30,7 +31,7 @@ class SequenceFolder : public ::testing::Test {
     return "no error";
   }
 
-  const fs::path folder_ = fs::path(::testing::TempDir()) / "walkers";
+  const fs::path folder_ = fs::path(::testing::TempDir()) / std::to_string(::getpid()) / "walkers";
 };
 
 TEST_F(SequenceFolder, ReadsTheInfoFile) {
