@@ -6,7 +6,7 @@
 #
 # sanitize  all tests under AddressSanitizer and UndefinedBehaviorSanitizer
 # threads   the multi-threaded tests of nn and track under ThreadSanitizer
-# fuzz      the readers of ground truth and results, FUZZ_SECONDS (600) each
+# fuzz      the readers of ground truth, results and models, FUZZ_SECONDS (600) each
 # soak      200,000 frames without growth of memory or time
 # browser   the HTML reports in headless Chromium, screenshots in build/screenshots
 # arm       nn and track for 64-bit ARM, their tests under qemu
@@ -28,8 +28,9 @@ threads() {
 
 fuzz() {
   cmake --preset fuzz
-  cmake --build build-fuzz --parallel "$jobs" --target fuzz_ground_truth fuzz_results
-  for reader in ground_truth results; do
+  cmake --build build-fuzz --parallel "$jobs" --target fuzz_ground_truth fuzz_results \
+    fuzz_safetensors
+  for reader in ground_truth results safetensors; do
     mkdir -p build-fuzz/found-$reader
     build-fuzz/fuzz_$reader -max_total_time="${FUZZ_SECONDS:-600}" build-fuzz/found-$reader \
       tests/fuzz/corpus/$reader
@@ -40,13 +41,22 @@ browser() {
   cmake --preset release
   cmake --build build --parallel "$jobs" --target sdmt
   local work=build/screenshots
+  rm -rf $work
   mkdir -p $work/results
   build/sdmt synth scene --output $work/scene --frames 200 --walkers 10
   build/sdmt track $work/scene --appearance histogram --output $work/results/scene.txt
   build/sdmt evaluate --gt $work/scene --results $work/results --report $work/evaluation.html
-  chromium --headless --no-sandbox --disable-gpu --window-size=1200,2400 \
-    --screenshot=$work/evaluation.png "file://$PWD/$work/evaluation.html"
-  test -s $work/evaluation.png
+  build/sdmt ablate --sequences $work/scene --report $work/ablation.html \
+    --variants "lambda=0.5" SORT "tuned, colour histogram" "tuned, no appearance"
+  build/sdmt synth reid --output $work/reid --identities 30
+  build/sdmt validate-roc --data $work/reid --model models/sdmt-vgg16.safetensors --baselines \
+    --report $work/roc.html
+  for page in evaluation ablation roc; do
+    chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking \
+      --disable-component-update --disable-sync --user-data-dir=$work/profile \
+      --window-size=1200,2400 --screenshot=$work/$page.png "file://$PWD/$work/$page.html"
+    test -s $work/$page.png
+  done
 }
 
 soak() {

@@ -109,6 +109,18 @@ TEST_F(Ablate, RowsThatNeedFramesSaySo) {
   }
 }
 
+TEST_F(Ablate, OnlyTheVariantsAskedForAndNoNetworkForThem) {
+  const auto result = ablate({"--variants", "tuned, no appearance", "SORT", "--model",
+                              "no.safetensors", "--json", folder_ / "out.json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  std::vector<std::string> names;
+  for (const auto& each : rows("out.json")) names.push_back(each.at("variant"));
+  EXPECT_THAT(names, testing::ElementsAre("SORT", "tuned, no appearance"));
+  const auto unknown = ablate({"--variants", "tuned", "lambda=2"});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, AllOf(HasSubstr("'lambda=2'"), HasSubstr("'lambda=0.5'")));
+}
+
 TEST_F(Ablate, BadUsage) {
   EXPECT_EQ(run_sdmt({"ablate"}).exit_code, 2);
   const auto no_file = ablate({"--detections", "none.txt"});

@@ -22,6 +22,7 @@ namespace {
 
 struct AblateOptions {
   std::vector<std::string> sequences;
+  std::vector<std::string> variants;
   std::string detections = "det.txt";
   std::string calibration = "none";
   std::string model;
@@ -64,26 +65,54 @@ eval::Benchmark choose_benchmark(const AblateOptions& options,
   return has_classes ? eval::Benchmark::mot16 : eval::Benchmark::mot15;
 }
 
+// The variants asked for, in the table's order; all when none is named.
+std::vector<AblationVariant> choose_variants(const AblateOptions& options) {
+  auto variants = ablation_variants(track::parse_calibration(options.calibration));
+  if (options.variants.empty()) return variants;
+  const auto& asked = options.variants;
+  std::vector<AblationVariant> chosen;
+  std::string known;
+  for (const auto& variant : variants) {
+    known += fmt::format("{}'{}'", known.empty() ? "" : ", ", variant.name);
+    if (std::find(asked.begin(), asked.end(), variant.name) != asked.end()) {
+      chosen.push_back(variant);
+    }
+  }
+  for (const auto& name : asked) {
+    const auto has_name = [&](const AblationVariant& variant) { return variant.name == name; };
+    if (std::none_of(chosen.begin(), chosen.end(), has_name)) {
+      throw std::invalid_argument(
+          fmt::format("--variants: there is no '{}', expected some of {}", name, known));
+    }
+  }
+  return chosen;
+}
+
+// Null when no variant can use it.
 std::unique_ptr<track::AppearanceModel> load_network(const AblateOptions& options,
+                                                     const std::vector<AblationVariant>& variants,
                                                      const std::vector<AblationSequence>& inputs) {
+  const bool wanted = std::any_of(variants.begin(), variants.end(), [](const auto& variant) {
+    return variant.appearance == VariantAppearance::network;
+  });
   const bool all_have_images = std::all_of(
       inputs.begin(), inputs.end(), [](const auto& input) { return input.sequence.has_images(); });
-  if (!all_have_images) return nullptr;
+  if (!wanted || !all_have_images) return nullptr;
   const fs::path file = options.model.empty() ? find_default_model() : fs::path(options.model);
   return std::make_unique<track::EmbeddingAppearance>(nn::load_model(file));
 }
 
 void run(const AblateOptions& options) {
-  const auto calibration = track::parse_calibration(options.calibration);
+  const auto variants = choose_variants(options);
   AblationRun run;
   run.compat = eval::parse_compat(options.compat);
   run.detections = options.detections;
   const auto inputs = load_sequences(options);
   run.benchmark = choose_benchmark(options, inputs);
-  const auto network = load_network(options, inputs);
+  const auto network = load_network(options, variants, inputs);
   std::int64_t total = 0;
   for (const auto& input : inputs) total += input.gt.num_frames;
-  for (const auto& variant : ablation_variants(calibration)) {
+  for (const auto& variant : variants) {
     Progress progress(variant.name, total, "frames");
     run.rows.push_back(run_variant(
         variant, inputs, network.get(), run, [&](int frames) { progress.update(frames); },
@@ -108,6 +137,10 @@ void add_ablate_command(CLI::App& app) {
                    "frames in all of them")
       ->required()
       ->type_name("DIR");
+  command
+      ->add_option("--variants", options->variants,
+                   "Only these rows, named as in the table, such as tuned or 'lambda=0' [all]")
+      ->type_name("NAME");
   command->add_option("--detections", options->detections, "File in each sequence's det/")
       ->capture_default_str()
       ->type_name("NAME");
