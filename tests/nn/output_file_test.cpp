@@ -56,6 +56,27 @@ TEST_F(OutputFileTest, KeepsTheOldFileWithoutCommit) {
   EXPECT_EQ(files(), 1U);
 }
 
+TEST_F(OutputFileTest, TakesOverWhatAKilledWriterLeft) {
+  std::ofstream(folder_ / "a.txt.tmp") << "half of something long";
+  write_text_file(folder_ / "a.txt", "new");
+  EXPECT_EQ(read(folder_ / "a.txt"), "new");
+  EXPECT_EQ(files(), 1U);
+}
+
+TEST_F(OutputFileTest, HasOneWriterAtATime) {
+  {
+    OutputFile first(folder_ / "a.txt");
+    first.write("first");
+    EXPECT_THAT([&] { OutputFile second(folder_ / "a.txt"); },
+                testing::ThrowsMessage<std::runtime_error>(
+                    testing::HasSubstr("a.txt: is being written by another program")));
+    first.commit();
+  }
+  EXPECT_EQ(read(folder_ / "a.txt"), "first");
+  write_text_file(folder_ / "a.txt", "second");
+  EXPECT_EQ(read(folder_ / "a.txt"), "second");
+}
+
 TEST_F(OutputFileTest, MissingFolderIsBadInput) {
   EXPECT_THROW(
       {

@@ -8,14 +8,15 @@
 
 namespace sdmt::nn {
 
-/// A file that appears whole or not at all: bytes go to a temporary file in the same folder, which
-/// commit() flushes to the disk and renames to `path`. Destruction without commit() removes it and
-/// leaves an older file of that name as it was. A path that exists and is not a regular file (a
-/// device, a pipe) is written directly.
+/// A file that appears whole or not at all: bytes go to `path`.tmp, which commit() flushes to the
+/// disk and renames to `path`. Destruction without commit() removes it and leaves an older file of
+/// that name as it was; what a killed program left of it, the next writer takes over. A path that
+/// exists and is not a regular file (a device, a pipe) is written directly.
 class OutputFile {
  public:
   /// Throws std::invalid_argument when the folder does not exist, std::runtime_error when the
-  /// temporary file cannot be made. Both name the path.
+  /// temporary file cannot be made or another OutputFile, of any program, is writing `path`. Both
+  /// name the path.
   explicit OutputFile(std::filesystem::path path);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
