@@ -45,7 +45,7 @@ figcaption { color: var(--muted); font-size: 13px; max-width: 90ch; margin-top: 
 .card div { display: flex; gap: 6px; margin-bottom: 8px; }
 .card img { width: calc(50% - 3px); aspect-ratio: 1 / 2; object-fit: fill; border-radius: 4px; background: var(--tint); }
 .card b { display: block; font-size: 13px; font-variant-numeric: tabular-nums; }
-.card small { display: block; color: var(--muted); font-size: 12px; overflow-wrap: anywhere; line-height: 1.35; white-space: pre-line; }
+.card small { display: block; color: var(--muted); font-size: 11px; overflow-wrap: anywhere; line-height: 1.35; white-space: pre-line; }
 footer { margin-top: 56px; padding-top: 12px; border-top: 1px solid var(--rule); color: var(--muted); font-size: 12.5px; }
 @media print { main { max-width: none; padding: 0; } h2 { break-after: avoid; } }
 )";

@@ -99,7 +99,7 @@ std::vector<ValidationCrop> list_distractors(const fs::path& folder) {
 }  // namespace
 
 std::string ValidationCrop::label() const {
-  const auto name = image.filename().string();
+  const auto name = image.stem().string();
   if (!rect) return name;
   return fmt::format("{} at {:.0f}, {:.0f}, {:.0f} x {:.0f}", name, rect->left, rect->top,
                      rect->width, rect->height);

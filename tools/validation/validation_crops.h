@@ -19,7 +19,7 @@ struct ValidationCrop {
   bool query = true;    ///< is searched for
   bool gallery = true;  ///< is searched in
 
-  /// File name, with the box where there is one.
+  /// File name without its ending, with the box where there is one.
   std::string label() const;
 };
 

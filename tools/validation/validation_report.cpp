@@ -82,7 +82,7 @@ SvgPlot threshold_plot(const ValidationScores& scores) {
   SvgPlotOptions options;
   options.title = "Choosing tau_a";
   options.x = {"tau_a: the same person when 1 - d is larger", right.back().x, 1};
-  options.y = {"rate", 0, 1};
+  options.y = {"rate", 0, 1.1};  // room for the threshold's label
   options.legend = LegendCorner::bottom_left;
   SvgPlot plot(std::move(options));
   plot.add_line("true positives", right, kSameColor);
