@@ -8,6 +8,7 @@
 # threads   the multi-threaded tests of nn and track under ThreadSanitizer
 # fuzz      the readers of ground truth, results and models, FUZZ_SECONDS (600) each
 # soak      200,000 frames without growth of memory or time
+# practice  an embedder trained on made-up people alone tells strangers apart
 # browser   the HTML reports in headless Chromium, screenshots in build/screenshots
 # arm       nn and track for 64-bit ARM, their tests under qemu
 set -euo pipefail
@@ -65,6 +66,19 @@ soak() {
   SDMT_SOAK_FRAMES=200000 build/test_track --gtest_filter='Soak*'
 }
 
+practice() {
+  cmake --preset release
+  cmake --build build --parallel "$jobs" --target sdmt
+  local work=build/practice
+  rm -rf $work && mkdir $work
+  build/sdmt synth reid --output $work/people
+  build/sdmt train-embedder --data $work/people --config train-quick --iterations 1000 \
+    --output $work/model.safetensors
+  build/sdmt validate-roc --model $work/model.safetensors --data $work/people --baselines |
+    tee $work/roc.txt
+  awk '$1 == "person-only" { auc = $2 } END { exit !(auc > 0.95) }' $work/roc.txt
+}
+
 # Cross-compiles nn and track with their tests against Debian's arm64 packages, unpacked and not
 # installed, and runs the tests under qemu.
 arm() {
@@ -86,9 +100,9 @@ arm() {
 }
 
 parts=("$@")
-[ ${#parts[@]} -gt 0 ] || parts=(sanitize threads fuzz soak browser arm)
+[ ${#parts[@]} -gt 0 ] || parts=(sanitize threads fuzz soak practice browser arm)
 for part in "${parts[@]}"; do
-  declare -F "$part" >/dev/null || { sed -n '3,13s/^# \{0,1\}//p' "$0" >&2; exit 2; }
+  declare -F "$part" >/dev/null || { sed -n '3,14s/^# \{0,1\}//p' "$0" >&2; exit 2; }
 done
 scripts/install-dependencies.sh develop
 for part in "${parts[@]}"; do
