@@ -44,19 +44,17 @@ void compute(TrainedNetwork& network, const FeatureCache::Source& source,
 }  // namespace
 
 FeatureCache::FeatureCache(TrainedNetwork& network, const Source& source,
-                           const CacheProgress& progress)
-    : values_(network.front_shape(1).size()), images_(source.images.size()) {
-  memory_.reserve(bytes(network, source) / sizeof(std::uint16_t));
-  compute(network, source, progress, [this](std::span<const std::uint16_t> piece) {
-    memory_.insert(memory_.end(), piece.begin(), piece.end());
-  });
-  stored_ = std::as_bytes(std::span<const std::uint16_t>(memory_));
-}
-
-FeatureCache::FeatureCache(TrainedNetwork& network, const Source& source,
                            const CacheProgress& progress, const std::filesystem::path& path,
                            const Configuration& configuration)
     : values_(network.front_shape(1).size()), images_(source.images.size()) {
+  if (path.empty()) {
+    memory_.reserve(bytes(network, source) / sizeof(std::uint16_t));
+    compute(network, source, progress, [this](std::span<const std::uint16_t> piece) {
+      memory_.insert(memory_.end(), piece.begin(), piece.end());
+    });
+    stored_ = std::as_bytes(std::span<const std::uint16_t>(memory_));
+    return;
+  }
   const std::vector<std::uint64_t> shape = {static_cast<std::uint64_t>(source.views), images_,
                                             values_};
   if (!std::filesystem::exists(path)) {

@@ -32,12 +32,10 @@ class FeatureCache {
     nn::Preprocessing preprocessing;
   };
 
-  // In memory.
-  FeatureCache(TrainedNetwork& network, const Source& source, const CacheProgress& progress);
-  // In the safetensors file `path`, which is computed when it does not exist. Throws
+  // In memory, or in the safetensors file `path`, which is computed when it does not exist. Throws
   // std::invalid_argument naming the setting when it was made with another configuration.
   FeatureCache(TrainedNetwork& network, const Source& source, const CacheProgress& progress,
-               const std::filesystem::path& path, const Configuration& configuration);
+               const std::filesystem::path& path = {}, const Configuration& configuration = {});
 
   static std::size_t bytes(TrainedNetwork& network, const Source& source);
 

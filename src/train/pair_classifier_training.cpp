@@ -9,8 +9,9 @@
 #include "sdmt/nn/adam.h"
 #include "sdmt/nn/learning_rate_schedule.h"
 #include "sdmt/train/pair_classifier.h"
-#include "sdmt/train/roc.h"
 #include "trained_network.h"
+#include "training_configuration.h"
+#include "validation_auc.h"
 
 namespace sdmt::train {
 
@@ -24,46 +25,30 @@ nn::Tensor all_blocks(const FeatureCache& cache, nn::Shape shape, int images) {
   return blocks;
 }
 
-double auc_of_all_pairs(PairClassifier& classifier, const nn::Tensor& blocks,
-                        const std::vector<int>& labels) {
-  const nn::Tensor& features = classifier.forward_features(blocks, nn::Mode::inference);
-  const auto n = static_cast<int>(labels.size());
-  std::vector<float> distances(static_cast<std::size_t>(n) * static_cast<std::size_t>(n));
-#pragma omp parallel for schedule(dynamic)
-  for (int i = 0; i < n; ++i) {
-    for (int j = i + 1; j < n; ++j) {
-      distances[static_cast<std::size_t>(i) * static_cast<std::size_t>(n) +
-                static_cast<std::size_t>(j)] =
-          classifier.distance(features.image(i), features.image(j));
-    }
-  }
-  std::vector<float> positives;
-  std::vector<float> negatives;
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    for (std::size_t j = i + 1; j < labels.size(); ++j) {
-      (labels[i] == labels[j] ? positives : negatives).push_back(distances[i * labels.size() + j]);
-    }
-  }
-  return Roc(positives, negatives).auc();
+double auc_of(PairClassifier& classifier, const nn::Tensor& blocks,
+              const std::vector<int>& labels) {
+  return validation_auc(classifier.forward_features(blocks, nn::Mode::inference), labels,
+                        [&](const float* a, const float* b) { return classifier.distance(a, b); });
 }
 
 }  // namespace
 
 PairClassifier train_pair_classifier(nn::Model& model, const TrainingSet& data,
-                                     const TrainerOptions& options,
-                                     const PairTrainingEvents& events) {
+                                     TrainerOptions options, const PairTrainingEvents& events,
+                                     const std::filesystem::path& cache_file) {
+  options.first_trained = "fc1";  // the frozen front of a head-only training
   options.validate();
   if (options.views < 1 || options.tie != BlockGrid{}) {
     throw std::invalid_argument(
         "the pair classifier is trained on cached views of 8x2 blocks: expected views >= 1 and "
         "tie 8x2");
   }
-  // The frozen front of a head-only training: trunk, then the means over the blocks.
-  TrainedNetwork front(model.network, options.tie, "fc1", 1.0F);
+  // The trunk, then the means over the blocks.
+  TrainedNetwork front(model.network, options.tie, options.first_trained, 1.0F);
   const FeatureCache cache(front,
                            {data.images, options.views, options.augmentation, options.seed,
                             model.metadata.preprocessing},
-                           events.caching);
+                           events.caching, cache_file, front_configuration(options, data, front));
   std::vector<nn::Tensor> validation;
   for (const auto& set : data.validation) {
     const FeatureCache images(
@@ -117,8 +102,7 @@ PairClassifier train_pair_classifier(nn::Model& model, const TrainingSet& data,
     if (step.iteration % options.validate_every == 0 || step.iteration == options.iterations) {
       double sum = 0;
       for (std::size_t set = 0; set < validation.size(); ++set) {
-        const double auc =
-            auc_of_all_pairs(classifier, validation[set], data.validation[set].labels);
+        const double auc = auc_of(classifier, validation[set], data.validation[set].labels);
         step.auc.emplace_back(data.validation[set].name, auc);
         sum += auc;
       }

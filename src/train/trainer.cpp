@@ -14,8 +14,9 @@
 #include "sdmt/nn/clip_grad_norm.h"
 #include "sdmt/nn/sgd.h"
 #include "sdmt/train/configuration.h"
-#include "sdmt/train/roc.h"
 #include "trained_network.h"
+#include "training_configuration.h"
+#include "validation_auc.h"
 
 namespace sdmt::train {
 
@@ -48,80 +49,6 @@ std::unique_ptr<nn::Optimizer> make_optimizer(const TrainerOptions& options,
   adam.learning_rate = options.learning_rate;
   adam.weight_decay = options.weight_decay;
   return std::make_unique<nn::Adam>(std::move(parameters), adam);
-}
-
-std::string tie_text(const std::optional<BlockGrid>& tie) {
-  return tie ? std::to_string(tie->rows) + "x" + std::to_string(tie->columns) : "none";
-}
-
-// What determines the results of the frozen layers for every view.
-Configuration front_configuration(const TrainerOptions& options, const TrainingSet& data,
-                                  TrainedNetwork& network) {
-  const AugmentationOptions& a = options.augmentation;
-  Configuration c;
-  c["data"] = std::to_string(data.fingerprint);
-  c["unreadable images"] = std::to_string(data.unreadable.size());
-  c["seed"] = std::to_string(options.seed);
-  c["views"] = std::to_string(options.views);
-  c["first_trained"] = options.first_trained;
-  c["tie"] = tie_text(options.tie);
-  c["frozen weights"] = std::to_string(network.front_fingerprint());
-  c["flip"] = to_text(a.flip);
-  c["translate"] = to_text(a.translate);
-  c["scale"] = to_text(a.scale);
-  c["brightness"] = to_text(a.brightness);
-  c["contrast"] = to_text(a.contrast);
-  c["tint"] = to_text(a.tint);
-  c["saturation"] = to_text(a.saturation);
-  c["grey"] = to_text(a.grey);
-  c["low_resolution"] = to_text(a.low_resolution);
-  c["blur"] = to_text(a.blur);
-  c["erase"] = to_text(a.erase);
-  return c;
-}
-
-// What determines the steps of a training.
-Configuration training_configuration(const TrainerOptions& options, const TrainingSet& data,
-                                     Configuration front) {
-  Configuration c = std::move(front);
-  c["validation data"] = std::to_string(data.validation_fingerprint);
-  c["iterations"] = std::to_string(options.iterations);
-  c["loss"] = options.loss.kind == LossKind::contrastive ? "contrastive" : "triplet";
-  c["margin"] = to_text(options.loss.margin);
-  c["triplet_scale"] = to_text(options.loss.triplet_scale);
-  c["identities"] = std::to_string(options.identities);
-  c["instances"] = std::to_string(options.instances);
-  std::string weights;
-  for (const double weight : options.source_weights) weights += to_text(weight) + " ";
-  c["source_weights"] = weights;
-  c["optimizer"] = options.optimizer == OptimizerKind::adam ? "adam" : "sgd";
-  c["learning_rate"] = to_text(options.learning_rate);
-  c["trunk_lr_scale"] = to_text(options.trunk_lr_scale);
-  c["momentum"] = to_text(options.momentum);
-  c["weight_decay"] = to_text(options.weight_decay);
-  c["clip_norm"] = to_text(options.clip_norm);
-  c["decay"] = std::to_string(static_cast<int>(options.decay));
-  c["decay_start"] = to_text(options.decay_start);
-  c["final_factor"] = to_text(options.final_factor);
-  c["warmup_iterations"] = std::to_string(options.warmup_iterations);
-  c["validate_every"] = std::to_string(options.validate_every);
-  return c;
-}
-
-// Area under the ROC curve of all pairs.
-double auc_of_all_pairs(const nn::Tensor& embeddings, const std::vector<int>& labels) {
-  const auto dim = embeddings.shape().image_size();
-  std::vector<float> positives, negatives;
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    for (std::size_t j = i + 1; j < labels.size(); ++j) {
-      const float* a = embeddings.data() + i * dim;
-      const float* b = embeddings.data() + j * dim;
-      float sum = 0;
-      for (std::size_t k = 0; k < dim; ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
-      (labels[i] == labels[j] ? positives : negatives).push_back(std::sqrt(sum));
-    }
-  }
-  return Roc(positives, negatives).auc();
 }
 
 double mean(const std::vector<double>& values) {
@@ -267,7 +194,9 @@ std::size_t Trainer::cache_bytes() const {
 
 void Trainer::prepare(const Progress& progress, const std::filesystem::path& cache_file) {
   if (!run_->network.has_front()) return;
-  std::int64_t total = static_cast<std::int64_t>(run_->data.images.size()) * run_->options.views;
+  const bool stored = !cache_file.empty() && std::filesystem::exists(cache_file);
+  std::int64_t total =
+      stored ? 0 : static_cast<std::int64_t>(run_->data.images.size()) * run_->options.views;
   for (const auto& set : run_->data.validation) {
     total += static_cast<std::int64_t>(set.images.size());
   }
@@ -283,11 +212,7 @@ void Trainer::prepare(const Progress& progress, const std::filesystem::path& cac
     before += static_cast<std::int64_t>(set.images.size());
   }
   if (run_->options.views == 0) return;
-  if (cache_file.empty()) {
-    run_->cache.emplace(run_->network, run_->training_source(), report);
-  } else {
-    run_->cache.emplace(run_->network, run_->training_source(), report, cache_file, run_->front);
-  }
+  run_->cache.emplace(run_->network, run_->training_source(), report, cache_file, run_->front);
 }
 
 std::int64_t Trainer::iteration() const { return run_->iteration; }
@@ -330,7 +255,7 @@ Validation Trainer::validate() {
   Validation result;
   std::vector<double> scores;
   for (std::size_t set = 0; set < run.data.validation.size(); ++set) {
-    scores.push_back(auc_of_all_pairs(run.embed(set), run.data.validation[set].labels));
+    scores.push_back(validation_auc(run.embed(set), run.data.validation[set].labels));
     result.auc.emplace_back(run.data.validation[set].name, scores.back());
   }
   result.mean_auc = mean(scores);

@@ -121,6 +121,8 @@ TEST_F(TrainEmbedder, BadInputIsNamedAndLeavesNothing) {
   EXPECT_THAT(refusal({"--data", empty.path()}), HasSubstr("holds no .jpg or .png image"));
   EXPECT_THAT(refusal({"--data", data_.path() / "missing"}), HasSubstr("missing"));
   EXPECT_THAT(refusal({"--margin", "-1"}), HasSubstr("margin is -1"));
+  EXPECT_THAT(refusal({"--head", "pair-classifier", "--log", folder_ / "log.csv"}),
+              HasSubstr("--log goes with --head metric only"));
   EXPECT_THAT(refusal({"--holdout-ids", "5"}), HasSubstr("1 identities to train on"));
   std::filesystem::remove(folder_.path().string() + ".txt");
 }

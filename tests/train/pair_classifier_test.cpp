@@ -8,8 +8,10 @@
 #include <filesystem>
 #include <set>
 #include <stdexcept>
+#include <vector>
 
 #include "sdmt/nn/random.h"
+#include "train/temporary_data.h"
 
 namespace sdmt::train {
 namespace {
@@ -174,18 +176,28 @@ TrainingSet coloured_people() {
   return set;
 }
 
-TEST(PairClassifier, LearnsToTellColoursApart) {
+nn::Model small_model() {
   nn::Model model;
   model.network = nn::EmbeddingNetwork({.height = 32, .width = 16});
   model.network.initialize(1);
   model.metadata.preprocessing.height = 32;
   model.metadata.preprocessing.width = 16;
+  return model;
+}
+
+TrainerOptions options_for_colours(std::int64_t iterations) {
   TrainerOptions options;
-  options.iterations = 60;
+  options.iterations = iterations;
   options.identities = 8;
   options.instances = 2;
   options.views = 1;
-  options.validate_every = 60;
+  options.validate_every = iterations;
+  return options;
+}
+
+TEST(PairClassifier, LearnsToTellColoursApart) {
+  nn::Model model = small_model();
+  TrainerOptions options = options_for_colours(60);
   double auc = 0;
   std::int64_t steps = 0;
   PairTrainingEvents events;
@@ -201,6 +213,29 @@ TEST(PairClassifier, LearnsToTellColoursApart) {
   options.views = 0;
   EXPECT_THAT([&] { train_pair_classifier(model, coloured_people(), options, events); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("expected views >= 1")));
+}
+
+TEST(PairClassifier, TakesTheFeaturesThatATrainingOfTheHeadCached) {
+  const TemporaryData folder;
+  const auto file = folder.path() / "features";
+  nn::Model model = small_model();
+  TrainerOptions options = options_for_colours(5);
+  options.first_trained = "fc1";
+  Trainer(model, coloured_people(), options).prepare({}, file);
+  const auto written = std::filesystem::last_write_time(file);
+
+  const auto losses = [&](const std::filesystem::path& cache_file) {
+    std::vector<double> result;
+    PairTrainingEvents events;
+    events.step = [&](const PairTrainingStep& step) { result.push_back(step.loss); };
+    train_pair_classifier(model, coloured_people(), options, events, cache_file);
+    return result;
+  };
+  EXPECT_EQ(losses(file), losses({}));
+  EXPECT_EQ(std::filesystem::last_write_time(file), written);
+  options.seed = 1;
+  EXPECT_THAT([&] { losses(file); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("features: made with seed = 0")));
 }
 
 }  // namespace

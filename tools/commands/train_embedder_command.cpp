@@ -154,6 +154,16 @@ bool run(train::Trainer& trainer, const Arguments& arguments, const StopSignal& 
   return trainer.finished();
 }
 
+// What a baseline that takes minutes does without.
+void refuse_options_of_the_metric_head(const Arguments& arguments) {
+  for (const auto& [option, value] :
+       {std::pair("--resume", arguments.resume), std::pair("--log", arguments.log),
+        std::pair("--json", arguments.json), std::pair("--unfreeze", arguments.unfreeze)}) {
+    if (value.empty()) continue;
+    throw std::invalid_argument(fmt::format("{} goes with --head metric only", option));
+  }
+}
+
 // The paper's other network, a baseline: no checkpoints, as it takes minutes.
 void run_pair_classifier(nn::Model& model, const train::TrainingSet& data,
                          const Arguments& arguments, const StopSignal& stop) {
@@ -181,7 +191,8 @@ void run_pair_classifier(nn::Model& model, const train::TrainingSet& data,
     if (stop.requested()) throw Stopped();
   };
   try {
-    auto classifier = train::train_pair_classifier(model, data, arguments.trainer, events);
+    auto classifier = train::train_pair_classifier(model, data, arguments.trainer, events,
+                                                   arguments.feature_cache);
     progress.reset();
     train::save_pair_classifier(arguments.output, model, classifier, arguments.storage);
     fmt::print("wrote {}\n", arguments.output);
@@ -197,6 +208,7 @@ void train_embedder(Arguments arguments) {
   if (!arguments.unfreeze.empty()) arguments.trainer.first_trained = arguments.unfreeze;
   if (arguments.checkpoint.empty()) arguments.checkpoint = arguments.output + ".checkpoint";
   arguments.trainer.validate();
+  if (arguments.head == "pair-classifier") refuse_options_of_the_metric_head(arguments);
   {
     // Nobody trains for hours to learn that the result cannot be written.
     const nn::OutputFile model(arguments.output), checkpoint(arguments.checkpoint);
@@ -278,7 +290,7 @@ void add_model_options(CLI::App& command, Arguments& a) {
   command
       .add_option("--head", a.head,
                   "metric, or pair-classifier: the paper's other network, a baseline for "
-                  "validate-roc --pair-classifier, always on the frozen trunk")
+                  "validate-roc --pair-classifier, always on the frozen trunk, without checkpoints")
       ->check(CLI::IsMember({"metric", "pair-classifier"}))
       ->capture_default_str();
   command.add_option("--tie", a.tie, "Blocks of the map that share FC1's weights, or none")

@@ -100,10 +100,11 @@ struct PairTrainingEvents {
 /// Trains a classifier by Adam on the frozen trunk of `model`, with the batches, views and learning
 /// rate of `options` (loss, optimizer and first_trained do not apply; tie is 8x2).
 /// Returns the weights of the best mean validation AUC, or the last without validation. The same
-/// for any number of threads.
+/// for any number of threads. `cache_file` is that of Trainer::prepare(): one made for a training
+/// of the head serves here as well.
 PairClassifier train_pair_classifier(nn::Model& model, const TrainingSet& data,
-                                     const TrainerOptions& options,
-                                     const PairTrainingEvents& events);
+                                     TrainerOptions options, const PairTrainingEvents& events,
+                                     const std::filesystem::path& cache_file = {});
 
 /// A model file that also holds the classifier.
 void save_pair_classifier(const std::filesystem::path& path, const nn::Model& model,

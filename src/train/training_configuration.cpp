@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "training_configuration.h"
+
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace sdmt::train {
+
+namespace {
+
+std::string tie_text(const std::optional<BlockGrid>& tie) {
+  return tie ? std::to_string(tie->rows) + "x" + std::to_string(tie->columns) : "none";
+}
+
+}  // namespace
+
+Configuration front_configuration(const TrainerOptions& options, const TrainingSet& data,
+                                  TrainedNetwork& network) {
+  const AugmentationOptions& a = options.augmentation;
+  Configuration c;
+  c["data"] = std::to_string(data.fingerprint);
+  c["unreadable images"] = std::to_string(data.unreadable.size());
+  c["seed"] = std::to_string(options.seed);
+  c["views"] = std::to_string(options.views);
+  c["first_trained"] = options.first_trained;
+  c["tie"] = tie_text(options.tie);
+  c["frozen weights"] = std::to_string(network.front_fingerprint());
+  c["flip"] = to_text(a.flip);
+  c["translate"] = to_text(a.translate);
+  c["scale"] = to_text(a.scale);
+  c["brightness"] = to_text(a.brightness);
+  c["contrast"] = to_text(a.contrast);
+  c["tint"] = to_text(a.tint);
+  c["saturation"] = to_text(a.saturation);
+  c["grey"] = to_text(a.grey);
+  c["low_resolution"] = to_text(a.low_resolution);
+  c["blur"] = to_text(a.blur);
+  c["erase"] = to_text(a.erase);
+  return c;
+}
+
+Configuration training_configuration(const TrainerOptions& options, const TrainingSet& data,
+                                     Configuration front) {
+  Configuration c = std::move(front);
+  c["validation data"] = std::to_string(data.validation_fingerprint);
+  c["iterations"] = std::to_string(options.iterations);
+  c["loss"] = options.loss.kind == LossKind::contrastive ? "contrastive" : "triplet";
+  c["margin"] = to_text(options.loss.margin);
+  c["triplet_scale"] = to_text(options.loss.triplet_scale);
+  c["identities"] = std::to_string(options.identities);
+  c["instances"] = std::to_string(options.instances);
+  std::string weights;
+  for (const double weight : options.source_weights) weights += to_text(weight) + " ";
+  c["source_weights"] = weights;
+  c["optimizer"] = options.optimizer == OptimizerKind::adam ? "adam" : "sgd";
+  c["learning_rate"] = to_text(options.learning_rate);
+  c["trunk_lr_scale"] = to_text(options.trunk_lr_scale);
+  c["momentum"] = to_text(options.momentum);
+  c["weight_decay"] = to_text(options.weight_decay);
+  c["clip_norm"] = to_text(options.clip_norm);
+  c["decay"] = std::to_string(static_cast<int>(options.decay));
+  c["decay_start"] = to_text(options.decay_start);
+  c["final_factor"] = to_text(options.final_factor);
+  c["warmup_iterations"] = std::to_string(options.warmup_iterations);
+  c["validate_every"] = std::to_string(options.validate_every);
+  return c;
+}
+
+}  // namespace sdmt::train
