@@ -88,6 +88,18 @@ TEST_F(TrainEmbedder, InterruptedInAnyWayItEndsInTheSameBytes) {
   }
 }
 
+TEST_F(TrainEmbedder, TheReportNamesABestOnlyWhenThereWasAValidation) {
+  const auto report = [&](const std::string& holdout_ids) {
+    const auto file = folder_ / "report.json";
+    const auto result = run_sdmt(
+        words("model", {"--holdout-ids", holdout_ids, "--iterations", "2", "--json", file}));
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return read_file(file);
+  };
+  EXPECT_THAT(report("2"), HasSubstr("\"mean_auc\""));
+  EXPECT_THAT(report("0"), testing::Not(HasSubstr("best")));
+}
+
 TEST_F(TrainEmbedder, AFullDiskLeavesThePreviousCheckpoint) {
   ASSERT_EQ(stopped("model", "iteration 3", SIGINT).exit_code, 128 + SIGINT);
   const std::string before = read_file(folder_ / "model.checkpoint");

@@ -131,7 +131,7 @@ bool run(train::Trainer& trainer, const Arguments& arguments, const StopSignal& 
                      validation->best ? " (best)" : "");
           std::fflush(stdout);
         }
-        if (validation->best) {
+        if (validation->best && !validation->auc.empty()) {
           nlohmann::ordered_json auc;
           for (const auto& [name, value] : validation->auc) auc[name] = value;
           report["best"] = {
