@@ -108,8 +108,8 @@ Picture shrink(const ImageView& image, const PixelRegion& region) {
   return small;
 }
 
-// scale * numerator / denominator, rounded as OpenCV rounds it: the reciprocal has 12 bits below the
-// point.
+// scale * numerator / denominator, rounded as OpenCV rounds it: the reciprocal has 12 bits below
+// the point.
 int scaled_ratio(double scale, int numerator, int denominator) {
   const auto reciprocal = static_cast<int>(std::lrint(scale * 4096 / denominator));
   return (numerator * reciprocal + 2048) >> 12;

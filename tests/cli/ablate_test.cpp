@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <ostream>
 
 #include "cli/run_command.h"
 
@@ -30,6 +31,11 @@ struct Published {
   int fp, fn, ids;
   double mota;  // per cent, one decimal
 };
+
+// Names the test.
+std::ostream& operator<<(std::ostream& out, const Published& published) {
+  return out << published.sequence << " " << published.variant;
+}
 
 class Baselines : public testing::TestWithParam<Published> {};
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <ostream>
 
 #include "sdmt/eval/prepare.h"
 #include "sdmt/eval/scores.h"
@@ -20,6 +21,11 @@ struct Published {
   double idf1, mota;  // per cent, one decimal
   int fp, fn, idsw;
 };
+
+// Names the test.
+std::ostream& operator<<(std::ostream& out, const Published& published) {
+  return out << published.sequence;
+}
 
 class GoldenTud : public testing::TestWithParam<Published> {};
 
