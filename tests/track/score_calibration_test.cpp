@@ -21,7 +21,7 @@ TEST(ScoreCalibration, IsALogisticCurve) {
 TEST(ScoreCalibration, ParsesPresetsAndNumbers) {
   EXPECT_FALSE(parse_calibration("none").has_value());
   EXPECT_EQ(parse_calibration("frcnn"), (ScoreCalibration{0.81, 0.11}));
-  EXPECT_EQ(parse_calibration("acf"), (ScoreCalibration{25.9, 19.0}));
+  EXPECT_EQ(parse_calibration("acf"), (ScoreCalibration{20.5, 22.1}));
   EXPECT_EQ(parse_calibration("synthetic"), (ScoreCalibration{0.26, 0.52}));
   EXPECT_EQ(parse_calibration("-1.5,2"), (ScoreCalibration{-1.5, 2}));
   for (const char* wrong : {"", "dpm", "1", "1,", ",1", "1,0", "1,-2", "nan,1", "1,inf", "1,2,3"}) {

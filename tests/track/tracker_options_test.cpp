@@ -101,7 +101,7 @@ TEST(TrackerOptionTable, ReadsEveryKindOfValue) {
   EXPECT_EQ(with("tau-a", "0.9").appearance_threshold, 0.9);
   EXPECT_EQ(with("tau-a", "auto").appearance_threshold, std::nullopt);
   EXPECT_EQ(with("report", "detection").report, ReportBox::detection);
-  EXPECT_EQ(with("calibration", "acf").calibration, (ScoreCalibration{25.9, 19}));
+  EXPECT_EQ(with("calibration", "acf").calibration, (ScoreCalibration{20.5, 22.1}));
   EXPECT_EQ(error("report", "box"),
             "report is 'box', expected one of smoothed, filtered, detection");
   EXPECT_EQ(error("boosting", "yes"), "boosting is 'yes', expected true or false");

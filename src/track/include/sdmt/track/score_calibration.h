@@ -23,7 +23,7 @@ struct ScoreCalibration {
 /// "none" (no mapping), a preset by detector, or "MIDPOINT,SCALE". The presets were fitted on
 /// public training sequences to "IoU >= 0.5 with a ground-truth box":
 ///   frcnn      Faster R-CNN detections published with SORT        0.81, 0.11
-///   acf        public ACF detections of MOT15                     25.9, 19.0
+///   acf        public ACF detections of MOT15                     20.5, 22.1
 ///   synthetic  det-synthetic.txt, margins like the public DPM's   0.26, 0.52
 /// Throws std::invalid_argument for anything else, listing what is known.
 std::optional<ScoreCalibration> parse_calibration(std::string_view text);
