@@ -54,6 +54,7 @@ TrackerOptions TrackerOptions::paper() {
   options.rescale_affinity = false;
   options.min_mean_confidence = 0.2;
   options.motion_association = false;
+  options.association_reach = 0;
   options.max_fill = options.max_misses + options.association_horizon;
   options.report = ReportBox::filtered;
   return options;
@@ -85,7 +86,8 @@ void TrackerOptions::validate() const {
     require(*appearance_threshold >= -1 && *appearance_threshold < 1, "appearance_threshold",
             *appearance_threshold, ">= -1 and < 1");
   }
-  require_share("threshold_margin", threshold_margin);
+  require(threshold_margin >= -1 && threshold_margin <= 1, "threshold_margin", threshold_margin,
+          "-1..1");
   require_share("lambda", lambda);
   require(gallery_size >= 1 && gallery_size <= 1000, "gallery_size", gallery_size, "1..1000");
   require_number("feature_min_confidence", feature_min_confidence);
@@ -107,6 +109,8 @@ void TrackerOptions::validate() const {
   }
   require_frames("max_fill", max_fill, 1);
   require_noise("smoothing_position_noise", smoothing_position_noise);
+  require(association_reach >= 0 && association_reach <= 100, "association_reach",
+          association_reach, "0..100");
   require_noise("smoothing_velocity_noise", smoothing_velocity_noise);
   require(delay >= kAutoDelay, "delay", delay, ">= 0");
 }

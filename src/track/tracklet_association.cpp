@@ -27,8 +27,8 @@ const char* to_string(AssociationVerdict verdict) {
   switch (verdict) {
     case AssociationVerdict::merged:
       return "merged";
-    case AssociationVerdict::no_overlap:
-      return "no overlap with the prediction";
+    case AssociationVerdict::too_far:
+      return "too far from the prediction";
     case AssociationVerdict::appearance:
       return "appearance too different";
     case AssociationVerdict::no_feature:
@@ -76,6 +76,13 @@ void TrackletAssociation::judge_all(int frame, const std::vector<Tracklet*>& tra
   }
 }
 
+bool TrackletAssociation::within_reach(const Cxcywh& predicted, const Cxcywh& first) const {
+  if (by_appearance_ && options_.association_reach > 0) {
+    return distance_in_heights(predicted, first) < options_.association_reach;
+  }
+  return iou(to_tlwh(predicted), to_tlwh(first)) > 0;
+}
+
 std::optional<AssociationPair> TrackletAssociation::judge(int frame, Tracklet& older,
                                                           Tracklet& newer) const {
   const int gap = newer.first_frame - older.last_frame;
@@ -83,8 +90,8 @@ std::optional<AssociationPair> TrackletAssociation::judge(int frame, Tracklet& o
     return std::nullopt;
   }
   const Cxcywh predicted = older.predicted(newer.first_frame);
-  if (!(iou(to_tlwh(predicted), to_tlwh(newer.first_box)) > 0)) {
-    report(frame, older, newer, kUnknown, AssociationVerdict::no_overlap);
+  if (!within_reach(predicted, newer.first_box)) {
+    report(frame, older, newer, kUnknown, AssociationVerdict::too_far);
     return std::nullopt;
   }
   if (!by_appearance_) {

@@ -22,9 +22,10 @@ struct AssociationPair {
 /// Tracklet association (section III-G, algorithm 2): joins positive tracklets across gaps.
 ///
 /// A newer tracklet can continue an older one that misses its detection when it began after the
-/// older one's last box, at most max_misses + association_horizon frames later, its first box
-/// overlaps the older one's prediction for that frame (IoU > 0), and the mean (or smallest)
-/// distance of their stored appearance leaves an affinity above the threshold. Pairs are merged
+/// older one's last box, at most max_misses + association_horizon frames later, its first box is
+/// near the older one's prediction for that frame (association_reach; by motion alone and in the
+/// paper: IoU > 0), and the mean (or smallest) distance of their stored appearance leaves an
+/// affinity above the threshold. Pairs are merged
 /// best first, all affected pairs judged anew after each merge, until none is left.
 class TrackletAssociation {
  public:
@@ -41,6 +42,7 @@ class TrackletAssociation {
   std::function<void(const AssociationDecision&)> observer;
 
  private:
+  bool within_reach(const Cxcywh& predicted, const Cxcywh& first) const;
   std::optional<AssociationPair> judge(int frame, Tracklet& older, Tracklet& newer) const;
   void judge_all(int frame, const std::vector<Tracklet*>& tracklets, Tracklet& with);
   const AssociationPair& best() const;

@@ -82,11 +82,12 @@ TEST_F(Association, SaysWhyNot) {
   EXPECT_THAT(run(), IsEmpty());
   EXPECT_EQ(verdict(1, 2), AssociationVerdict::appearance);
   EXPECT_NEAR(decisions_[0].affinity, 1 - 2 * std::sin(22.5 * 3.14159265358979 / 180), 1e-5);
+  options_.association_reach = 0;
   tracklets_.clear();
   add(1, 1, 20, 0);
   add(2, 40, 60, 78 + 40.001);  // boxes are 40 wide: they just miss each other
   EXPECT_THAT(run(), IsEmpty());
-  EXPECT_EQ(verdict(1, 2), AssociationVerdict::no_overlap);
+  EXPECT_EQ(verdict(1, 2), AssociationVerdict::too_far);
   tracklets_[1]->first_box.cx -= 0.002;
   EXPECT_THAT(run(), ElementsAre(Pair(1, 2)));
   tracklets_.clear();
@@ -94,6 +95,19 @@ TEST_F(Association, SaysWhyNot) {
   add(2, 40, 60, 80).gallery = AppearanceGallery(20, GallerySelection::spread);
   EXPECT_THAT(run(), IsEmpty());
   EXPECT_EQ(verdict(1, 2), AssociationVerdict::no_feature);
+}
+
+TEST_F(Association, ByAppearanceReachesBeyondTheBox) {
+  options_.association_reach = 1.5;
+  const double reach = 1.5 * 90;  // pixels sideways
+  for (const auto& [shift, joined] : std::vector<std::pair<double, bool>>{
+           {reach - 0.01, true}, {reach + 0.01, false}, {-reach + 0.01, true}}) {
+    tracklets_.clear();
+    add(1, 1, 20, 0);
+    add(2, 40, 60, 78 + shift);
+    EXPECT_EQ(run().size(), joined ? 1u : 0u) << shift;
+    EXPECT_THAT(run(false), IsEmpty()) << "motion alone must not reach that far";
+  }
 }
 
 TEST_F(Association, NeedsAGapWithinTheHorizon) {

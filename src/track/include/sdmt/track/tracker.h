@@ -34,7 +34,7 @@ struct TrackerStats {
 /// Why two tracklets were or were not made one track.
 enum class AssociationVerdict {
   merged,
-  no_overlap,   ///< the older tracklet's prediction does not touch the newer one's first box
+  too_far,      ///< the newer tracklet's first box lies too far from the older one's prediction
   appearance,   ///< affinity not above the threshold
   no_feature,   ///< one of them has no stored appearance
   better_pair,  ///< one of them was merged with another tracklet

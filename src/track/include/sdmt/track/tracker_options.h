@@ -67,9 +67,10 @@ struct TrackerOptions {
   // Appearance (sections III-B and III-D).
   /// tau_a, strictly above; default: the appearance model's threshold less threshold_margin.
   std::optional<double> appearance_threshold;
-  /// Neighbouring frames of one camera are harder to tell apart than validation pairs and a gate
-  /// too strict costs more than one too loose: this much is taken off the model's threshold. 0..1.
-  double threshold_margin = 0.015;
+  /// Taken off the model's threshold; negative: added. -1..1. Validation chooses the threshold for
+  /// one pair of crops. The nearest of twenty states is closer than that, also to another person,
+  /// so GalleryDistance::nearest wants a stricter one.
+  double threshold_margin = -0.02;
   double lambda = 0.5;          ///< weight of appearance in the affinity (equation 4), 0..1
   bool appearance_gate = true;  ///< off: tau_a does not restrict assignment
   GalleryDistance gallery_distance = GalleryDistance::nearest;
@@ -111,6 +112,12 @@ struct TrackerOptions {
   bool literal_association = false;
 
   // Output.
+  /// Judged by appearance, a newer tracklet may begin this far from the older one's prediction:
+  /// distance of the centres in mean heights, strictly below; 0..100. 0, and always by motion
+  /// alone: the boxes must overlap (IoU > 0), as in the paper. A standing person's box is narrow,
+  /// so that overlap forgives a whole height up and down but a third of one sideways, where people
+  /// go.
+  double association_reach = 1;
   FillGaps fill = FillGaps::all;
   int max_fill = 25;  ///< longest gap to fill, in missing frames; >= 1
   ReportBox report = ReportBox::smoothed;
