@@ -3,6 +3,16 @@
 
 namespace sdmt::track {
 
+namespace {
+
+bool known(const Tracklet& tracklet, int frame, const TrackerOptions& options) {
+  return tracklet.confidence.length >= options.min_length && tracklet.misses == 0 &&
+         !tracklet.gallery.empty() && frame % options.embed_refresh != 0 &&
+         frame - tracklet.feature_frame < options.embed_refresh;
+}
+
+}  // namespace
+
 const std::vector<std::size_t>& EmbeddingSelection::choose(int frame, const TrackerOptions& options,
                                                            const Tracklets& active,
                                                            const FrameDetections& detections,
@@ -20,11 +30,7 @@ const std::vector<std::size_t>& EmbeddingSelection::choose(int frame, const Trac
     if (!detections.flags[i].strong) continue;
     if (options.embed == EmbedPolicy::needed && tracklets_near_[i] == 1) {
       const auto near = static_cast<std::size_t>(tracklet_of_[i]);
-      const Tracklet& tracklet = *active[near];
-      const bool known = tracklet.confidence.length >= options.min_length &&
-                         !tracklet.gallery.empty() &&
-                         frame - tracklet.feature_frame < options.embed_refresh;
-      if (detections_near_[near] == 1 && known) continue;
+      if (detections_near_[near] == 1 && known(*active[near], frame, options)) continue;
     }
     chosen_.push_back(i);
   }

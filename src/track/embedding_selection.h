@@ -14,13 +14,12 @@ namespace sdmt::track {
 /// Chooses the detections of a frame to embed. EmbedPolicy::always: the strong ones.
 /// EmbedPolicy::needed: of those, all but the ones that are
 ///  - unambiguous: the detection passes the motion gate of exactly one tracklet, and that
-///  tracklet's
-///    gate is passed by no other detection;
-///  - and continue a known tracklet: it is confirmed (min_length detections) and stored a state
-///  less
-///    than embed_refresh frames ago.
+///    tracklet's gate is passed by no other detection;
+///  - and continue a known tracklet: it is confirmed (min_length detections), had its detection in
+///    the last frame, and its gallery is fresh.
 /// Such a detection is assigned by motion and its appearance is not stored. So births, crossings,
-/// young tracklets and everybody every embed_refresh frames are looked at.
+/// young tracklets and returns are looked at, and everybody in every embed_refresh-th frame: all in
+/// one frame, because the network is quicker with many crops at once.
 class EmbeddingSelection {
  public:
   /// Indices into `detections`, ascending; the reference holds until the next call.

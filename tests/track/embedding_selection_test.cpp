@@ -30,8 +30,8 @@ class Selection : public ::testing::Test {
     flags.strong = strong;
     detections_.add({}, 1, flags);
   }
-  const std::vector<std::size_t>& choose() {
-    return selection_.choose(100, options_, active_, detections_, gated_);
+  const std::vector<std::size_t>& choose(int frame = 100) {
+    return selection_.choose(frame, options_, active_, detections_, gated_);
   }
 
   TrackerOptions options_;
@@ -81,14 +81,31 @@ TEST_F(Selection, YoungAndStaleTrackletsAreLookedAt) {
   add_tracklet(5);
   EXPECT_THAT(choose(), ElementsAre(0));
   active_.clear();
-  add_tracklet(6, 96);
+  add_tracklet(6, 95);
   EXPECT_THAT(choose(), IsEmpty());
   active_.clear();
-  add_tracklet(6, 95);  // embed_refresh is 5
+  add_tracklet(6, 94);  // embed_refresh is 6
   EXPECT_THAT(choose(), ElementsAre(0));
   active_.clear();
   add_tracklet().gallery = AppearanceGallery(20, GallerySelection::spread);
   EXPECT_THAT(choose(), ElementsAre(0));
+}
+
+TEST_F(Selection, WhoReturnsIsLookedAt) {
+  add_tracklet().misses = 1;
+  add_detection();
+  gated_ = {{0, 0, 0.9}};
+  EXPECT_THAT(choose(), ElementsAre(0));
+}
+
+TEST_F(Selection, EverybodyIsLookedAtInTheSameFrame) {
+  add_tracklet(6, 101);
+  add_tracklet(6, 99);
+  add_detection();
+  add_detection();
+  gated_ = {{0, 0, 0.9}, {1, 1, 0.9}};
+  EXPECT_THAT(choose(101), IsEmpty());
+  EXPECT_THAT(choose(102), ElementsAre(0, 1));  // 17 times embed_refresh
 }
 
 }  // namespace

@@ -82,9 +82,8 @@ struct TrackerOptions {
   /// Only detections with this score or more are stored as states. Default: all that are embedded.
   double feature_min_confidence = -std::numeric_limits<double>::infinity();
   EmbedPolicy embed = EmbedPolicy::always;
-  /// With EmbedPolicy::needed: longest time in frames that a tracklet goes without a new state;
-  /// >= 1.
-  int embed_refresh = 5;
+  /// With EmbedPolicy::needed: everybody is embedded in every so many frames; >= 1.
+  int embed_refresh = 6;
 
   // Tracklet confidence (section III-E): a tracklet that misses one of these is negative and not
   // reported.
