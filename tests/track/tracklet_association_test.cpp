@@ -106,8 +106,11 @@ TEST_F(Association, ByAppearanceReachesBeyondTheBox) {
     add(1, 1, 20, 0);
     add(2, 40, 60, 78 + shift);
     EXPECT_EQ(run().size(), joined ? 1u : 0u) << shift;
-    EXPECT_THAT(run(false), IsEmpty()) << "motion alone must not reach that far";
   }
+  tracklets_.clear();
+  add(1, 1, 20, 0);
+  add(2, 40, 60, 78 + 41);  // a pixel beyond the box, which is 40 wide
+  EXPECT_THAT(run(false), IsEmpty()) << "motion alone must not reach that far";
 }
 
 TEST_F(Association, NeedsAGapWithinTheHorizon) {
