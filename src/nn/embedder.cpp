@@ -6,7 +6,52 @@
 #include <string>
 #include <utility>
 
+#include "sdmt/nn/sequential.h"
+
 namespace sdmt::nn {
+
+namespace {
+
+constexpr int kCell = 4;  // input pixels to a position of the feature map: two poolings
+
+/// The cells that shifted windows cover together.
+struct WindowGrid {
+  WindowGrid(const PixelRect& window, std::span<const WindowShift> shifts) {
+    const auto [min_column, max_column] =
+        std::minmax_element(shifts.begin(), shifts.end(),
+                            [](const auto& a, const auto& b) { return a.columns < b.columns; });
+    const auto [min_row, max_row] = std::minmax_element(
+        shifts.begin(), shifts.end(), [](const auto& a, const auto& b) { return a.rows < b.rows; });
+    left = min_column->columns;
+    top = min_row->rows;
+    columns = WindowShift::kColumns + max_column->columns - left;
+    rows = WindowShift::kRows + max_row->rows - top;
+    const double cell_width = window.width / WindowShift::kColumns;
+    const double cell_height = window.height / WindowShift::kRows;
+    region = {window.left + left * cell_width, window.top + top * cell_height, columns * cell_width,
+              rows * cell_height};
+  }
+
+  int left;  // of the first cell, from the window's
+  int top;
+  int columns;
+  int rows;
+  PixelRect region;
+};
+
+// Half a pixel is lost in rounding to whole ones anyway.
+void require_inside(const ImageView& image, const PixelRect& region) {
+  constexpr double kSlack = 0.5;
+  if (region.left >= -kSlack && region.top >= -kSlack &&
+      region.left + region.width <= image.width + kSlack &&
+      region.top + region.height <= image.height + kSlack) {
+    return;
+  }
+  throw std::invalid_argument("embed_windows: the windows leave the image, whose size is " +
+                              std::to_string(image.width) + " x " + std::to_string(image.height));
+}
+
+}  // namespace
 
 void EmbedderOptions::validate() const {
   if (max_batch < 1 || max_batch > 4096) {
@@ -64,6 +109,49 @@ void Embedder::embed(std::span<const Crop> crops, EmbeddingRows& out) {
       std::copy_n(rows.image(i), kEmbeddingSize, out.values.data() + crop * kEmbeddingSize);
     }
   }
+}
+
+void Embedder::embed_windows(const ImageView& image, const PixelRect& window,
+                             std::span<const WindowShift> shifts, EmbeddingRows& out) {
+  out.values.assign(shifts.size() * kEmbeddingSize, 0.0F);
+  out.valid.assign(shifts.size(), 0);
+  if (shifts.empty()) return;
+  const WindowGrid grid(window, shifts);
+  require_inside(image, grid.region);
+  Preprocessing preprocessing = model_.metadata.preprocessing;
+  if (preprocessing.width != kCell * WindowShift::kColumns ||
+      preprocessing.height != kCell * WindowShift::kRows) {
+    throw std::invalid_argument("embed_windows: the network's input is " +
+                                std::to_string(preprocessing.height) + " x " +
+                                std::to_string(preprocessing.width) + ", expected 128 x 64");
+  }
+  preprocessing.width = kCell * grid.columns;
+  preprocessing.height = kCell * grid.rows;
+  patches_.resize({1, preprocessing.height, preprocessing.width, 3});
+  if (!extract_patch(image, grid.region, preprocessing, patches_.data())) return;
+  const Tensor& map = model_.network.trunk().forward(patches_, Mode::inference);
+
+  const std::size_t most = static_cast<std::size_t>(options_.max_batch);
+  const auto channels = static_cast<std::size_t>(map.shape().c);
+  for (std::size_t first = 0; first < shifts.size(); first += most) {
+    const int count = static_cast<int>(std::min(most, shifts.size() - first));
+    windows_.resize({count, WindowShift::kRows, WindowShift::kColumns, map.shape().c});
+#pragma omp parallel for schedule(static)
+    for (int i = 0; i < count; ++i) {
+      const WindowShift& shift = shifts[first + static_cast<std::size_t>(i)];
+      for (int y = 0; y < WindowShift::kRows; ++y) {
+        const auto from = static_cast<std::size_t>(shift.rows - grid.top + y) *
+                              static_cast<std::size_t>(grid.columns) +
+                          static_cast<std::size_t>(shift.columns - grid.left);
+        std::copy_n(
+            map.data() + from * channels, WindowShift::kColumns * channels,
+            windows_.image(i) + static_cast<std::size_t>(y) * WindowShift::kColumns * channels);
+      }
+    }
+    const Tensor& rows = model_.network.head().forward(windows_, Mode::inference);
+    std::copy_n(rows.data(), rows.size(), out.values.data() + first * kEmbeddingSize);
+  }
+  std::fill(out.valid.begin(), out.valid.end(), static_cast<unsigned char>(1));
 }
 
 }  // namespace sdmt::nn

@@ -2,7 +2,9 @@
 #include "detection_boosting.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <utility>
 
 namespace sdmt::track {
 
@@ -11,21 +13,24 @@ int DetectionBoosting::boost(int frame, const nn::ImageView& image, AppearanceMo
                              FrameDetections& detections) {
   searching_.clear();
   candidates_.clear();
+  views_.clear();
+  separate_.clear();
   first_candidate_.assign(1, 0);
   matched_.assign(active.size(), 0);
   for (const Match& match : matches) matched_[static_cast<std::size_t>(match.tracklet)] = 1;
   for (std::size_t i = 0; i < active.size(); ++i) {
-    const Tracklet& tracklet = *active[i];
+    Tracklet& tracklet = *active[i];
     if (matched_[i] || tracklet.gallery.empty() || !tracklet.confidence.positive(options_) ||
         frame - tracklet.boosted_frame < options_.boost_interval) {
       continue;
     }
     sample(tracklet.state.box(), image);
+    if (options_.boost_one_pass) tracklet.boosted_frame = frame;
     searching_.push_back(&tracklet);
     first_candidate_.push_back(candidates_.size());
   }
   if (candidates_.empty()) return 0;
-  appearance.embed(image, candidates_, embeddings_);
+  embed(image, appearance);
 
   const std::size_t first = detections.size();
   affinities_.clear();
@@ -63,19 +68,61 @@ void DetectionBoosting::sample(const Cxcywh& prediction, const nn::ImageView& im
   const double right_end = image.width + 1.0, bottom_end = image.height + 1.0;
   for (int size = -sizes; size <= sizes; ++size) {
     const double scale = 1 + size * options_.boost_scale_step;
+    const Tlwh middle = to_tlwh(
+        {prediction.cx, prediction.cy, prediction.width * scale, prediction.height * scale});
+    View view{middle, {}, {}};
     for (int y = -half; y <= half; ++y) {
       for (int x = -half; x <= half; ++x) {
-        const Tlwh box = to_tlwh({prediction.cx + x * step * prediction.width,
-                                  prediction.cy + y * step * prediction.height,
-                                  prediction.width * scale, prediction.height * scale});
+        const BoxShift shift{static_cast<int>(std::lround(x * step / scale * BoxShift::kColumns)),
+                             static_cast<int>(std::lround(y * step / scale * BoxShift::kRows))};
+        const Tlwh box = options_.boost_one_pass ? shift.applied_to(middle)
+                                                 : Tlwh{middle.left + x * step * prediction.width,
+                                                        middle.top + y * step * prediction.height,
+                                                        middle.width, middle.height};
         const double left = std::max(box.left, 1.0), top = std::max(box.top, 1.0);
         const double right = std::min(box.left + box.width, right_end);
         const double bottom = std::min(box.top + box.height, bottom_end);
-        if (right - left > 0 && bottom - top > 0) {
-          candidates_.push_back({left, top, right - left, bottom - top});
+        if (right - left <= 0 || bottom - top <= 0) continue;
+        const bool whole = left == box.left && top == box.top && right == box.left + box.width &&
+                           bottom == box.top + box.height;
+        if (options_.boost_one_pass && whole) {
+          view.shifts.push_back(shift);
+          view.candidates.push_back(candidates_.size());
+        } else {
+          separate_.push_back(candidates_.size());
         }
+        candidates_.push_back({left, top, right - left, bottom - top});
       }
     }
+    if (!view.shifts.empty()) views_.push_back(std::move(view));
+  }
+}
+
+void DetectionBoosting::embed(const nn::ImageView& image, AppearanceModel& appearance) {
+  const auto dimension = static_cast<std::size_t>(appearance.dimension());
+  embeddings_.dimension = appearance.dimension();
+  embeddings_.values.resize(candidates_.size() * dimension);
+  embeddings_.valid.resize(candidates_.size());
+  separate_boxes_.clear();
+  for (const std::size_t i : separate_) separate_boxes_.push_back(candidates_[i]);
+  if (!separate_.empty()) {
+    appearance.embed(image, separate_boxes_, part_);
+    keep_rows(separate_);
+  }
+  for (const View& view : views_) {
+    appearance.embed_shifted(image, view.box, view.shifts, part_);
+    keep_rows(view.candidates);
+  }
+}
+
+// Row i of part_ is that of candidates[i].
+void DetectionBoosting::keep_rows(const std::vector<std::size_t>& candidates) {
+  const auto dimension = static_cast<std::size_t>(embeddings_.dimension);
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    embeddings_.valid[candidates[i]] = part_.valid[i];
+    std::copy_n(
+        part_.row(i).begin(), dimension,
+        embeddings_.values.begin() + static_cast<std::ptrdiff_t>(candidates[i] * dimension));
   }
 }
 

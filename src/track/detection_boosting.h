@@ -18,8 +18,9 @@ namespace sdmt::track {
 /// Detection boosting (section III-F): looks for people whom the detector missed. Around the
 /// prediction of each positive tracklet without a detection, boosted less than every boost_interval
 /// frames, boxes are sampled densely: boost_grid x boost_grid shifts of up to boost_reach widths
-/// and heights, three sizes each, clipped to the image. All of them are embedded in one batch, and
-/// the one closest in appearance joins the detections when its affinity is above tau_a.
+/// and heights, three sizes each, clipped to the image. All of them are embedded in one batch, or
+/// with boost_one_pass those inside the image by AppearanceModel::embed_shifted(), size by size.
+/// The one closest in appearance joins the detections when its affinity is above tau_a.
 class DetectionBoosting {
  public:
   DetectionBoosting(const TrackerOptions& options, double threshold)
@@ -36,7 +37,16 @@ class DetectionBoosting {
   std::size_t candidates() const { return candidates_.size(); }
 
  private:
+  /// Samples of one size that lie in the image.
+  struct View {
+    Tlwh box;  ///< around the prediction
+    std::vector<BoxShift> shifts;
+    std::vector<std::size_t> candidates;  ///< [shifts]
+  };
+
   void sample(const Cxcywh& prediction, const nn::ImageView& image);
+  void embed(const nn::ImageView& image, AppearanceModel& appearance);
+  void keep_rows(const std::vector<std::size_t>& candidates);
   void suppress(FrameDetections& detections, std::size_t first);
 
   const TrackerOptions& options_;
@@ -45,7 +55,11 @@ class DetectionBoosting {
   std::vector<const Tracklet*> searching_;
   std::vector<std::size_t> first_candidate_;  // [searching + 1]
   std::vector<Tlwh> candidates_;
-  Embeddings embeddings_;
+  std::vector<View> views_;            // with boost_one_pass
+  std::vector<std::size_t> separate_;  // candidates in no view
+  std::vector<Tlwh> separate_boxes_;
+  Embeddings embeddings_;  // [candidates]
+  Embeddings part_;
   std::vector<double> affinities_;  // of the boosted boxes
   OverlapFinder overlaps_;
   std::vector<double> ranks_;

@@ -21,6 +21,21 @@ void EmbeddingAppearance::embed(const nn::ImageView& frame, std::span<const Tlwh
     rects_.push_back({box.left - 1, box.top - 1, box.width, box.height});
   }
   embedder_.embed(frame, rects_, rows_);
+  take_rows(out);
+}
+
+void EmbeddingAppearance::embed_shifted(const nn::ImageView& frame, const Tlwh& box,
+                                        std::span<const BoxShift> shifts, Embeddings& out) {
+  static_assert(BoxShift::kColumns == nn::WindowShift::kColumns &&
+                BoxShift::kRows == nn::WindowShift::kRows);
+  shifts_.clear();
+  for (const BoxShift& shift : shifts) shifts_.push_back({shift.columns, shift.rows});
+  embedder_.embed_windows(frame, {box.left - 1, box.top - 1, box.width, box.height}, shifts_,
+                          rows_);
+  take_rows(out);
+}
+
+void EmbeddingAppearance::take_rows(Embeddings& out) {
   out.dimension = nn::kEmbeddingSize;
   out.values.swap(rows_.values);
   out.valid.swap(rows_.valid);

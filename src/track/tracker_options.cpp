@@ -55,6 +55,7 @@ TrackerOptions TrackerOptions::paper() {
   options.min_mean_confidence = 0.2;
   options.motion_association = false;
   options.association_reach = 0;
+  options.boost_one_pass = false;
   options.max_fill = options.max_misses + options.association_horizon;
   options.report = ReportBox::filtered;
   return options;
@@ -107,10 +108,10 @@ void TrackerOptions::validate() const {
     require(*association_threshold >= -1 && *association_threshold < 1, "association_threshold",
             *association_threshold, ">= -1 and < 1");
   }
-  require_frames("max_fill", max_fill, 1);
-  require_noise("smoothing_position_noise", smoothing_position_noise);
   require(association_reach >= 0 && association_reach <= 100, "association_reach",
           association_reach, "0..100");
+  require_frames("max_fill", max_fill, 1);
+  require_noise("smoothing_position_noise", smoothing_position_noise);
   require_noise("smoothing_velocity_noise", smoothing_velocity_noise);
   require(delay >= kAutoDelay, "delay", delay, ">= 0");
 }

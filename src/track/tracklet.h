@@ -52,7 +52,7 @@ struct Tracklet {
   KalmanState state;
   int misses = 0;                ///< predictions since the latest box
   int feature_frame = 0;         ///< when the gallery last grew; 0: never
-  int boosted_frame = -1000000;  ///< when it was last boosted
+  int boosted_frame = -1000000;  ///< when it was last boosted, or searched for in one pass
   bool reported = false;  ///< a box of it is in the output: from then on it counts as positive
   TrackletConfidence confidence;
   AppearanceGallery gallery;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "scene.h"
@@ -13,7 +14,10 @@ namespace {
 
 class Boosting : public ::testing::Test {
  protected:
-  Boosting() { appearance_.people = {{{100, 100, 40, 90}, 3}}; }
+  Boosting() {
+    options_.boost_one_pass = false;
+    appearance_.people = {{{100, 100, 40, 90}, 3}};
+  }
 
   Tracklet& add_tracklet(const Tlwh& predicted, const Tlwh& seen, int length = 6) {
     auto tracklet = std::make_unique<Tracklet>(static_cast<int>(active_.size()) + 1, 1, options_);
@@ -112,6 +116,43 @@ TEST_F(Boosting, StaysInsideTheImage) {
   image_ = test::blank(1, 1);
   detections_.clear();
   EXPECT_EQ(boost(), 0);  // the prediction is nowhere near a one-pixel image
+}
+
+TEST_F(Boosting, InOnePassReadsTheGridSizeBySize) {
+  options_.boost_one_pass = true;
+  // The samples 0.2 widths to the left and 0.1 heights up are moved to -3/16 and -3/32.
+  add_tracklet({107.5, 108.4375, 40, 90}, {100, 100, 40, 90});
+  EXPECT_EQ(boost(), 1);
+  EXPECT_EQ(boosting_.candidates(), 7u * 7 * 3);
+  EXPECT_EQ(appearance_.passes, 3);
+  ASSERT_EQ(detections_.size(), 1u);
+  EXPECT_NEAR(iou(detections_.boxes[0], {100, 100, 40, 90}), 1, 1e-9);
+  Embeddings expected;
+  appearance_.embed(image_, std::vector{detections_.boxes[0]}, expected);
+  EXPECT_EQ(detections_.feature(0)[3], expected.row(0)[3]);
+}
+
+TEST_F(Boosting, InOnePassBoxesThatLeaveTheImageAreCropsOfTheirOwn) {
+  options_.boost_one_pass = true;
+  appearance_.people = {{{1, 100, 32.5, 90}, 3}};  // what is left of a box at -6.5
+  add_tracklet({1, 100, 40, 90}, {1, 100, 32.5, 90});
+  EXPECT_EQ(boost(), 1);
+  EXPECT_EQ(appearance_.passes, 3);
+  EXPECT_EQ(appearance_.calls, 4);
+  EXPECT_EQ(boosting_.candidates(), 7u * 7 * 3);
+  ASSERT_EQ(detections_.size(), 1u);
+  EXPECT_NEAR(iou(detections_.boxes[0], {1, 100, 32.5, 90}), 1, 1e-9);
+}
+
+TEST_F(Boosting, InOnePassTheIntervalCountsSearches) {
+  options_.boost_one_pass = true;
+  add_tracklet({100, 100, 40, 90}, {100, 100, 40, 90});
+  appearance_.people.clear();  // nobody is found
+  for (const auto& [frame, searched] :
+       std::vector<std::pair<int, bool>>{{10, true}, {11, false}, {12, true}}) {
+    EXPECT_EQ(boost(frame), 0);
+    EXPECT_EQ(boosting_.candidates() > 0, searched) << frame;
+  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "sdmt/nn/image_view.h"
@@ -48,8 +49,15 @@ class FakeAppearance final : public AppearanceModel {
     ++calls;
   }
 
+  void embed_shifted(const nn::ImageView& frame, const Tlwh& box, std::span<const BoxShift> shifts,
+                     Embeddings& out) override {
+    AppearanceModel::embed_shifted(frame, box, shifts, out);
+    ++passes;
+  }
+
   std::vector<Person> people;
   double threshold = 0.6;
+  int passes = 0;  ///< of embed_shifted()
   int calls = 0;
   int embedded = 0;
 };

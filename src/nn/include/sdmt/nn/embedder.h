@@ -25,6 +25,16 @@ struct Crop {
   PixelRect rect;
 };
 
+/// Where a window lies in a grid, in cells to the right of and below its middle. A cell is one
+/// position of the feature map: 1/16 of the window's width, 1/32 of its height.
+struct WindowShift {
+  static constexpr int kColumns = 16;  ///< cells across a window
+  static constexpr int kRows = 32;     ///< cells down a window
+
+  int columns = 0;
+  int rows = 0;
+};
+
 /// Feature vectors of crops, row after row.
 struct EmbeddingRows {
   std::vector<float> values;         ///< [crops, kEmbeddingSize]; zeros where not valid
@@ -46,10 +56,19 @@ class Embedder {
   /// The same for boxes of one image.
   void embed(const ImageView& image, std::span<const PixelRect> rects, EmbeddingRows& out);
 
+  /// One row for each shift of `window`, much quicker than embed() of them when they overlap: the
+  /// convolutions run once over the region that all of them cover, and the fully connected layers
+  /// on windows of its feature map. What differs from embed(): along its edges a window sees the
+  /// image around it, where a crop sees zeros. Throws std::invalid_argument when a shifted window
+  /// leaves the image or the network's input is not 128 x 64.
+  void embed_windows(const ImageView& image, const PixelRect& window,
+                     std::span<const WindowShift> shifts, EmbeddingRows& out);
+
  private:
   EmbedderOptions options_;
   Model model_;
   Tensor patches_;
+  Tensor windows_;                    // of the feature map
   std::vector<Crop> crops_;           // of one image
   std::vector<std::size_t> visible_;  // positions of the valid crops of a call
 };

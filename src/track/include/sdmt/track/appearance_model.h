@@ -21,6 +21,20 @@ struct Embeddings {
   }
 };
 
+/// Moves a box on a grid: by so many 16ths of its width and 32nds of its height.
+struct BoxShift {
+  static constexpr int kColumns = 16;
+  static constexpr int kRows = 32;
+
+  int columns = 0;
+  int rows = 0;
+
+  Tlwh applied_to(const Tlwh& box) const {
+    return {box.left + columns * box.width / kColumns, box.top + rows * box.height / kRows,
+            box.width, box.height};
+  }
+};
+
 /// Turns boxes into feature vectors whose Euclidean distance d says how alike two people look;
 /// affinity is 1 - d (section III-B of the paper).
 class AppearanceModel {
@@ -33,6 +47,10 @@ class AppearanceModel {
   /// Embeds the boxes of one frame in one batch; `out` gets one row a box. Boxes may leave the
   /// image.
   virtual void embed(const nn::ImageView& frame, std::span<const Tlwh> boxes, Embeddings& out) = 0;
+  /// Embeds `box` moved by each shift; all of these lie in the image. Models that can share work
+  /// between overlapping boxes do so here, and their rows may then differ a little from embed()'s.
+  virtual void embed_shifted(const nn::ImageView& frame, const Tlwh& box,
+                             std::span<const BoxShift> shifts, Embeddings& out);
 };
 
 }  // namespace sdmt::track

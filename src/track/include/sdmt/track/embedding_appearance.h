@@ -18,10 +18,16 @@ class EmbeddingAppearance final : public AppearanceModel {
   /// The threshold that validation stored in the model file.
   double affinity_threshold() const override;
   void embed(const nn::ImageView& frame, std::span<const Tlwh> boxes, Embeddings& out) override;
+  /// The convolutions run once for all boxes, see nn::Embedder::embed_windows().
+  void embed_shifted(const nn::ImageView& frame, const Tlwh& box, std::span<const BoxShift> shifts,
+                     Embeddings& out) override;
 
  private:
+  void take_rows(Embeddings& out);
+
   nn::Embedder embedder_;
   std::vector<nn::PixelRect> rects_;
+  std::vector<nn::WindowShift> shifts_;
   nn::EmbeddingRows rows_;
 };
 

@@ -98,6 +98,11 @@ struct TrackerOptions {
   double boost_scale_step = 0.1;  ///< sizes 1 - step, 1, 1 + step; 0..0.9, 0 keeps the size
   int boost_interval = 2;         ///< a tracklet is boosted at most once in this many frames; >= 1
   double boost_nms = 0.5;         ///< boosted boxes that overlap others by more (IoU) are dropped
+  /// The network looks once at the surroundings of a prediction, and the samples, moved to its grid
+  /// (see BoxShift), are read out of what it saw; boost_interval then counts searches, found or
+  /// not. Off, as in the paper: every sample is a crop of its own, and boost_interval counts
+  /// boosted boxes.
+  bool boost_one_pass = true;
 
   // Tracklet association (section III-G).
   bool association = true;
@@ -107,16 +112,16 @@ struct TrackerOptions {
   int association_interval = 20;  ///< frames; >= 1
   /// Affinity of two tracklets must be strictly above. Default: tau_a.
   std::optional<double> association_threshold;
-  /// Best candidate of the oldest tracklet first, as the paper's listing; off: best pair first.
-  bool literal_association = false;
-
-  // Output.
   /// Judged by appearance, a newer tracklet may begin this far from the older one's prediction:
   /// distance of the centres in mean heights, strictly below; 0..100. 0, and always by motion
   /// alone: the boxes must overlap (IoU > 0), as in the paper. A standing person's box is narrow,
   /// so that overlap forgives a whole height up and down but a third of one sideways, where people
   /// go.
   double association_reach = 1;
+  /// Best candidate of the oldest tracklet first, as the paper's listing; off: best pair first.
+  bool literal_association = false;
+
+  // Output.
   FillGaps fill = FillGaps::all;
   int max_fill = 25;  ///< longest gap to fill, in missing frames; >= 1
   ReportBox report = ReportBox::smoothed;
