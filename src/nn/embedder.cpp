@@ -111,6 +111,11 @@ void Embedder::embed(std::span<const Crop> crops, EmbeddingRows& out) {
   }
 }
 
+bool Embedder::reads_windows() const {
+  const Preprocessing& input = model_.metadata.preprocessing;
+  return input.width == kCell * WindowShift::kColumns && input.height == kCell * WindowShift::kRows;
+}
+
 void Embedder::embed_windows(const ImageView& image, const PixelRect& window,
                              std::span<const WindowShift> shifts, EmbeddingRows& out) {
   out.values.assign(shifts.size() * kEmbeddingSize, 0.0F);
@@ -119,8 +124,7 @@ void Embedder::embed_windows(const ImageView& image, const PixelRect& window,
   const WindowGrid grid(window, shifts);
   require_inside(image, grid.region);
   Preprocessing preprocessing = model_.metadata.preprocessing;
-  if (preprocessing.width != kCell * WindowShift::kColumns ||
-      preprocessing.height != kCell * WindowShift::kRows) {
+  if (!reads_windows()) {
     throw std::invalid_argument("embed_windows: the network's input is " +
                                 std::to_string(preprocessing.height) + " x " +
                                 std::to_string(preprocessing.width) + ", expected 128 x 64");

@@ -28,6 +28,10 @@ void EmbeddingAppearance::embed_shifted(const nn::ImageView& frame, const Tlwh& 
                                         std::span<const BoxShift> shifts, Embeddings& out) {
   static_assert(BoxShift::kColumns == nn::WindowShift::kColumns &&
                 BoxShift::kRows == nn::WindowShift::kRows);
+  if (!embedder_.reads_windows()) {
+    AppearanceModel::embed_shifted(frame, box, shifts, out);
+    return;
+  }
   shifts_.clear();
   for (const BoxShift& shift : shifts) shifts_.push_back({shift.columns, shift.rows});
   embedder_.embed_windows(frame, {box.left - 1, box.top - 1, box.width, box.height}, shifts_,

@@ -56,11 +56,13 @@ class Embedder {
   /// The same for boxes of one image.
   void embed(const ImageView& image, std::span<const PixelRect> rects, EmbeddingRows& out);
 
+  /// Whether embed_windows() can be used: the network's input is 128 x 64.
+  bool reads_windows() const;
   /// One row for each shift of `window`, much quicker than embed() of them when they overlap: the
   /// convolutions run once over the region that all of them cover, and the fully connected layers
   /// on windows of its feature map. What differs from embed(): along its edges a window sees the
   /// image around it, where a crop sees zeros. Throws std::invalid_argument when a shifted window
-  /// leaves the image or the network's input is not 128 x 64.
+  /// leaves the image or reads_windows() is false.
   void embed_windows(const ImageView& image, const PixelRect& window,
                      std::span<const WindowShift> shifts, EmbeddingRows& out);
 

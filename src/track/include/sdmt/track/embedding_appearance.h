@@ -18,7 +18,8 @@ class EmbeddingAppearance final : public AppearanceModel {
   /// The threshold that validation stored in the model file.
   double affinity_threshold() const override;
   void embed(const nn::ImageView& frame, std::span<const Tlwh> boxes, Embeddings& out) override;
-  /// The convolutions run once for all boxes, see nn::Embedder::embed_windows().
+  /// The convolutions run once for all boxes, see nn::Embedder::embed_windows(), when the network's
+  /// input is 128 x 64.
   void embed_shifted(const nn::ImageView& frame, const Tlwh& box, std::span<const BoxShift> shifts,
                      Embeddings& out) override;
 
