@@ -5,6 +5,9 @@ namespace sdmt::track {
 
 namespace {
 
+// An overlap below this many times the motion gate is a doubtful one.
+constexpr double kClearlyInside = 1.5;
+
 bool known(const Tracklet& tracklet, int frame, const TrackerOptions& options) {
   return tracklet.confidence.length >= options.min_length && tracklet.misses == 0 &&
          !tracklet.gallery.empty() && frame % options.embed_refresh != 0 &&
@@ -20,17 +23,22 @@ const std::vector<std::size_t>& EmbeddingSelection::choose(int frame, const Trac
   detections_near_.assign(active.size(), 0);
   tracklets_near_.assign(detections.size(), 0);
   tracklet_of_.assign(detections.size(), -1);
+  overlap_.assign(detections.size(), 0);
   for (const Overlap& pair : gated) {
     ++detections_near_[static_cast<std::size_t>(pair.a)];
     ++tracklets_near_[static_cast<std::size_t>(pair.b)];
     tracklet_of_[static_cast<std::size_t>(pair.b)] = pair.a;
+    overlap_[static_cast<std::size_t>(pair.b)] = pair.iou;
   }
   chosen_.clear();
   for (std::size_t i = 0; i < detections.size(); ++i) {
     if (!detections.flags[i].strong) continue;
     if (options.embed == EmbedPolicy::needed && tracklets_near_[i] == 1) {
       const auto near = static_cast<std::size_t>(tracklet_of_[i]);
-      if (detections_near_[near] == 1 && known(*active[near], frame, options)) continue;
+      if (detections_near_[near] == 1 && overlap_[i] >= kClearlyInside * options.min_iou &&
+          known(*active[near], frame, options)) {
+        continue;
+      }
     }
     chosen_.push_back(i);
   }

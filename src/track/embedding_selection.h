@@ -14,7 +14,8 @@ namespace sdmt::track {
 /// Chooses the detections of a frame to embed. EmbedPolicy::always: the strong ones.
 /// EmbedPolicy::needed: of those, all but the ones that are
 ///  - unambiguous: the detection passes the motion gate of exactly one tracklet, and that
-///    tracklet's gate is passed by no other detection;
+///    tracklet's gate is passed by no other detection, and by this one clearly: with an overlap of
+///    1.5 min_iou;
 ///  - and continue a known tracklet: it is confirmed (min_length detections), had its detection in
 ///    the last frame, and its gallery is fresh.
 /// Such a detection is assigned by motion and its appearance is not stored. So births, crossings,
@@ -32,6 +33,7 @@ class EmbeddingSelection {
   std::vector<int> detections_near_;  // [active] pairs in the gate
   std::vector<int> tracklets_near_;   // [detections]
   std::vector<int> tracklet_of_;      // [detections] the last of them
+  std::vector<double> overlap_;       // [detections] with it
 };
 
 }  // namespace sdmt::track

@@ -91,6 +91,15 @@ TEST_F(Selection, YoungAndStaleTrackletsAreLookedAt) {
   EXPECT_THAT(choose(), ElementsAre(0));
 }
 
+TEST_F(Selection, WhoBarelyPassesTheGateIsLookedAt) {
+  add_tracklet();
+  add_detection();
+  gated_ = {{0, 0, 0.44}};  // min_iou is 0.3
+  EXPECT_THAT(choose(), ElementsAre(0));
+  gated_ = {{0, 0, 0.46}};
+  EXPECT_THAT(choose(), IsEmpty());
+}
+
 TEST_F(Selection, WhoReturnsIsLookedAt) {
   add_tracklet().misses = 1;
   add_detection();
