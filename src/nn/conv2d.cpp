@@ -95,20 +95,26 @@ Shape Conv2d::output_shape(Shape in) const {
   return {in.n, extent(in.h), extent(in.w), options_.out_channels};
 }
 
-void Conv2d::forward(const Tensor& x, Tensor& y, Mode) { forward_fused(x, y, Fusion::none); }
+void Conv2d::forward(const Tensor& x, Tensor& y, Mode mode) {
+  forward_fused(x, y, Fusion::none, mode);
+}
 
-void Conv2d::forward_fused(const Tensor& x, Tensor& y, Fusion fusion) {
+void Conv2d::forward_fused(const Tensor& x, Tensor& y, Fusion fusion, Mode mode) {
   const Shape out = output_shape(x.shape());
   const bool pool = fusion == Fusion::relu_max_pool;
   if (pool) MaxPool2d().output_shape(out);
-  const float* const bias = options_.bias ? bias_.value.data() : nullptr;
+  const float* const bias = bias_data();
   if (algorithm() == Algorithm::winograd) {
-    if (winograd_->empty()) winograd_->set(weight_.value);
+    // Training takes the small tiles: its weights change with every step, and large tiles make more
+    // of them.
+    const WinogradTileSize tile =
+        mode == Mode::training ? WinogradTileSize() : fastest_winograd_tile(out.h, out.w);
+    if (winograd_->empty() || winograd_->tile() != tile) winograd_->set(weight_.value, tile);
     winograd_convolution(x, *winograd_,
                          {.bias = bias, .relu = fusion != Fusion::none, .max_pool = pool}, y);
   } else if (pool) {
     Tensor before_pool;
-    forward_fused(x, before_pool, Fusion::relu);
+    forward_fused(x, before_pool, Fusion::relu, mode);
     MaxPool2d().forward(before_pool, y, Mode::inference);
   } else if (algorithm() == Algorithm::rgb) {
     rgb_convolution(x, weight_.value, bias, fusion == Fusion::relu, y);
@@ -116,6 +122,22 @@ void Conv2d::forward_fused(const Tensor& x, Tensor& y, Fusion fusion) {
     y.resize(out);
     forward_im2col(x, bias, fusion == Fusion::relu, y);
   }
+}
+
+bool Conv2d::can_follow(const Conv2d& first) const {
+  return first.algorithm() == Algorithm::rgb && algorithm() == Algorithm::winograd &&
+         first.options_.out_channels == options_.in_channels;
+}
+
+void Conv2d::forward_after(Conv2d& first, const Tensor& x, Tensor& y, Fusion fusion) {
+  const Shape out = output_shape(first.output_shape(x.shape()));
+  const bool pool = fusion == Fusion::relu_max_pool;
+  if (pool) MaxPool2d().output_shape(out);
+  const WinogradTileSize tile = fastest_winograd_tile(out.h, out.w);
+  if (winograd_->empty() || winograd_->tile() != tile) winograd_->set(weight_.value, tile);
+  const RgbRows rows(x, first.weight_.value, first.bias_data(), true);
+  winograd_convolution(rows, *winograd_,
+                       {.bias = bias_data(), .relu = fusion != Fusion::none, .max_pool = pool}, y);
 }
 
 void Conv2d::forward_im2col(const Tensor& x, const float* bias, bool relu, Tensor& y) {

@@ -6,6 +6,7 @@
 
 #include "kernels/column_sum.h"
 #include "kernels/gemm.h"
+#include "kernels/half_weights.h"
 #include "kernels/row_products.h"
 #include "parameter_access.h"
 
@@ -22,7 +23,8 @@ void LinearOptions::validate() const {
   require_positive("out_features", out_features);
 }
 
-Linear::Linear(LinearOptions options) : options_(options) {
+Linear::Linear(LinearOptions options)
+    : options_(options), half_weights_(std::make_unique<HalfWeights>()) {
   options_.validate();
   weight_.name = "weight";
   weight_.value = Tensor({options_.out_features, 1, 1, options_.in_features});
@@ -30,6 +32,8 @@ Linear::Linear(LinearOptions options) : options_(options) {
   bias_.decay = false;
   if (options_.bias) bias_.value = Tensor({1, 1, 1, options_.out_features});
 }
+
+Linear::~Linear() = default;
 
 void Linear::reset_parameters(Random& random) {
   he_normal(weight_.value, options_.in_features, random);
@@ -45,13 +49,29 @@ Shape Linear::output_shape(Shape in) const {
   return {in.n, 1, 1, options_.out_features};
 }
 
-void Linear::forward(const Tensor& x, Tensor& y, Mode) {
+void Linear::forward(const Tensor& x, Tensor& y, Mode mode) {
   y.resize(output_shape(x.shape()));
   const std::ptrdiff_t in = options_.in_features;
   const std::ptrdiff_t out = options_.out_features;
-  multiply_rows(
-      x.shape().n, out, in, x.data(), weight_.value.data(),
-      {.data = y.data(), .row_stride = out, .bias = options_.bias ? bias_.value.data() : nullptr});
+  const ProductView product = {
+      .data = y.data(), .row_stride = out, .bias = options_.bias ? bias_.value.data() : nullptr};
+  if (mode == Mode::inference && has_half_weights()) {
+    multiply_rows(x.shape().n, x.data(), *half_weights_, product);
+  } else {
+    multiply_rows(x.shape().n, out, in, x.data(), weight_.value.data(), product);
+  }
+}
+
+bool Linear::has_half_weights() {
+  constexpr std::size_t kFewWeights = 1 << 18;  // they stay in the caches
+  if (weight_.value.size() > kFewWeights && !half_weights_tried_) half_weights_->set(weight_.value);
+  half_weights_tried_ = true;
+  return !half_weights_->empty();
+}
+
+void Linear::parameters_changed() {
+  half_weights_->clear();
+  half_weights_tried_ = false;
 }
 
 void Linear::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* dx) {

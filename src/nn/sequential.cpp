@@ -75,7 +75,7 @@ const Tensor& Sequential::forward_inference(const Tensor& x, int first, int end)
   // Convolutions and what follows them work on each image alone: a few images at a time pass
   // through all of them, so that a layer finds in the caches what the last one left there. Fully
   // connected layers need the whole batch, to read their weights once.
-  constexpr std::size_t kGroupValues = 4 << 20;  // of a layer's input and output
+  constexpr std::size_t kGroupValues = 8 << 20;  // of a layer's input and output
   int local_end = first;
   std::size_t largest = 1;
   Shape shape = x.shape();
@@ -100,15 +100,24 @@ const Tensor& Sequential::forward_inference(const Tensor& x, int first, int end)
   return run_layers(joined_, local_end, end, nullptr);
 }
 
+Conv2d& Sequential::convolution(int i) { return dynamic_cast<Conv2d&>(layer(i)); }
+
 const Tensor& Sequential::run_layers(const Tensor& x, int first, int end, Tensor* result) {
   const Tensor* from = &x;
   for (int i = first; i < end;) {
     Tensor* to = from == &ping_pong_[0] ? &ping_pong_[1] : &ping_pong_[0];
-    const int layers = fused_layers(i, end);
+    int layers = fused_layers(i, end);
+    // A first convolution of images is made while the second reads it.
+    const int second = i + 2;
+    const int second_layers = layers == 2 ? fused_layers(second, end) : 1;
+    const bool together = second_layers > 1 && convolution(second).can_follow(convolution(i));
+    if (together) layers += second_layers;
     if (result != nullptr && i + layers == end) to = result;
-    if (layers > 1) {
-      dynamic_cast<Conv2d&>(layer(i)).forward_fused(
-          *from, *to, layers == 3 ? Fusion::relu_max_pool : Fusion::relu);
+    if (together) {
+      convolution(second).forward_after(convolution(i), *from, *to,
+                                        second_layers == 3 ? Fusion::relu_max_pool : Fusion::relu);
+    } else if (layers > 1) {
+      convolution(i).forward_fused(*from, *to, layers == 3 ? Fusion::relu_max_pool : Fusion::relu);
     } else {
       layer(i).forward(*from, *to, Mode::inference);
     }
@@ -127,7 +136,7 @@ const Tensor& Sequential::forward_training(const Tensor& x, int first, int end) 
     if (fused) ++i;
     Tensor& to = activations_[static_cast<std::size_t>(i)];
     if (fused) {
-      conv->forward_fused(*from, to, Fusion::relu);
+      conv->forward_fused(*from, to, Fusion::relu, Mode::training);
     } else {
       layer(i).forward(*from, to, Mode::training);
     }

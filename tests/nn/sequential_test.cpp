@@ -101,6 +101,7 @@ TEST(Sequential, ALargeBatchPassesInGroupsWithTheSameValues) {
   for (const int i : {0, 2}) dynamic_cast<Conv2d&>(net.layer(i)).reset_parameters(random);
   const Tensor x = random_tensor({7, 130, 122, 3}, random);  // too large for one group
   const std::vector<float> all = copy(net.forward(x, Mode::inference));
+  EXPECT_EQ(all, copy(ByHand(net, x, Mode::inference).results.back()));
   for (int n = 0; n < 7; ++n) {
     const std::vector<float> alone = copy(net.forward(x.images(n, 1), Mode::inference));
     ASSERT_TRUE(std::equal(alone.begin(), alone.end(),

@@ -31,14 +31,15 @@ constexpr int kMaxRows = kLanes == 16 ? 14 : (HWY_ARCH_ARM ? 12 : 6);
 /// Where a micro-tile reads and writes, and what it does on the way.
 /// A comes in chunks of k: with r = kRowStride, element (i, k) stands at
 /// a[(k / chunk) * a_chunk + i * r + (k % chunk) * a_step].
-/// Vector j of row k of B stands at b[k * b_step + j * b_vector], vector j of row i of C at
-/// c[i * c_row + j * c_vector].
-struct MicroTile {
+/// Vector j of row k of B, float or float16, stands at b[k * b_step + j * b_vector], vector j of
+/// row i of C at c[i * c_row + j * c_vector].
+template <typename B>
+struct MicroTileOf {
   const float* a;
   std::ptrdiff_t a_chunk = 0;
   std::ptrdiff_t a_step = 1;
   std::int64_t chunk = kLanes;
-  const float* b;
+  const B* b;
   std::ptrdiff_t b_step;
   std::ptrdiff_t b_vector;
   float* c;
@@ -49,12 +50,40 @@ struct MicroTile {
   const float* bias = nullptr;  ///< kColumns values added to every row
   bool relu = false;            ///< negative results become 0
 };
+using MicroTile = MicroTileOf<float>;
+
+using HalfTag = hn::Rebind<hwy::float16_t, FloatTag>;
+
+HWY_INLINE FloatVec LoadFloats(const float* p) { return hn::LoadU(FloatTag(), p); }
+HWY_INLINE FloatVec LoadFloats(const hwy::float16_t* p) {
+  return hn::PromoteTo(FloatTag(), hn::LoadU(HalfTag(), p));
+}
+
+/// The first `count` values at p; zeros in the other lanes.
+HWY_INLINE FloatVec LoadSome(const float* p, std::int64_t count) {
+  const FloatTag d;
+  if (count >= kLanes) return hn::LoadU(d, p);
+  alignas(64) float lanes[kLanes] = {};
+  for (std::int64_t i = 0; i < count; ++i) lanes[i] = p[i];
+  return hn::Load(d, lanes);
+}
+
+HWY_INLINE void StoreSome(FloatVec v, float* p, std::int64_t count) {
+  const FloatTag d;
+  if (count >= kLanes) {
+    hn::StoreU(v, d, p);
+    return;
+  }
+  alignas(64) float lanes[kLanes];
+  hn::Store(v, d, lanes);
+  for (std::int64_t i = 0; i < count; ++i) p[i] = lanes[i];
+}
 
 /// max(v, 0) that keeps NaN.
 HWY_INLINE FloatVec Rectify(FloatVec v) { return hn::Max(hn::Zero(FloatTag()), v); }
 
-template <int kRows, int kRowStride>
-HWY_NOINLINE void RunMicroTile(const MicroTile& tile) {
+template <int kRows, int kRowStride, typename B>
+HWY_NOINLINE void RunMicroTile(const MicroTileOf<B>& tile) {
   const FloatTag d;
   FloatVec sum[kRows][2];
 #pragma GCC unroll 16
@@ -62,8 +91,8 @@ HWY_NOINLINE void RunMicroTile(const MicroTile& tile) {
     sum[i][0] = hn::Zero(d);
     sum[i][1] = hn::Zero(d);
   }
-  const float* HWY_RESTRICT b0 = tile.b;
-  const float* HWY_RESTRICT b1 = tile.b + tile.b_vector;
+  const B* HWY_RESTRICT b0 = tile.b;
+  const B* HWY_RESTRICT b1 = tile.b + tile.b_vector;
   const std::ptrdiff_t b_step = tile.b_step;
   const std::ptrdiff_t a_step = tile.a_step;
   const float* chunk = tile.a;
@@ -71,8 +100,8 @@ HWY_NOINLINE void RunMicroTile(const MicroTile& tile) {
     const float* HWY_RESTRICT a = chunk;
     for (std::int64_t steps = std::min(left, tile.chunk); steps > 0;
          --steps, a += a_step, b0 += b_step, b1 += b_step) {
-      const FloatVec vb0 = hn::LoadU(d, b0);
-      const FloatVec vb1 = hn::LoadU(d, b1);
+      const FloatVec vb0 = LoadFloats(b0);
+      const FloatVec vb1 = LoadFloats(b1);
 #pragma GCC unroll 16
       for (int i = 0; i < kRows; ++i) {
         const FloatVec va = hn::Set(d, a[i * kRowStride]);
@@ -115,8 +144,8 @@ HWY_NOINLINE void RunMicroTile(const MicroTile& tile) {
 }
 
 /// A micro-tile of 1 to kMaxRows rows.
-template <int kRowStride = kLanes, int kRows = kMaxRows>
-HWY_INLINE void RunMicroTile(int rows, const MicroTile& tile) {
+template <int kRowStride = kLanes, int kRows = kMaxRows, typename B>
+HWY_INLINE void RunMicroTile(int rows, const MicroTileOf<B>& tile) {
   if (rows == kRows) {
     RunMicroTile<kRows, kRowStride>(tile);
   } else if constexpr (kRows > 1) {

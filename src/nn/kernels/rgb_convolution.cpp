@@ -58,16 +58,16 @@ void PackRgbWeights(const Tensor& weight, float* packed) {
   }
 }
 
-void ConvolveRgbBand(const Tensor& x, const float* packed, const float* bias, bool relu, Tensor& y,
-                     int image, int top) {
-  const Shape shape = y.shape();
-  const int rows = std::min(kBandRows, shape.h - top);
+/// Rows [top, top + rows) of an image's result, to y [rows,w,out].
+void ConvolveRgbBand(const Tensor& x, const float* packed, const float* bias, bool relu, int image,
+                     int top, int rows, int out, float* y) {
+  const Shape shape{1, rows, x.shape().w, out};
   const std::ptrdiff_t padded_width = std::ptrdiff_t{shape.w + 2} * kRgb;
   const float* const band = PadBand(x, image, top, rows);
   const int pixels = EvenRows(shape.w);
   for (int row = 0; row < rows; ++row) {
     for (int left = 0; left < shape.w; left += pixels) {
-      float* const to = y.image(image) + (std::ptrdiff_t{top + row} * shape.w + left) * shape.c;
+      float* const to = y + (std::ptrdiff_t{row} * shape.w + left) * shape.c;
       for (int column = 0; column < shape.c; column += kColumns) {
         RunMicroTile<kRgb>(std::min(pixels, shape.w - left),
                            MicroTile{.a = band + row * padded_width + left * kRgb,
@@ -143,14 +143,28 @@ void rgb_convolution(const Tensor& x, const Tensor& weight, const float* bias, b
                      Tensor& y) {
   const Shape in = x.shape();
   y.resize({in.n, in.h, in.w, weight.shape().n});
-  float* const packed = thread_scratch(ScratchUse::packed_b, weight.size());
-  HWY_DYNAMIC_DISPATCH(PackRgbWeights)(weight, packed);
+  const RgbRows rows(x, weight, bias, relu);
 #pragma omp parallel for collapse(2) schedule(dynamic)
   for (int image = 0; image < in.n; ++image) {
     for (int top = 0; top < in.h; top += kBandRows) {
-      HWY_DYNAMIC_DISPATCH(ConvolveRgbBand)(x, packed, bias, relu, y, image, top);
+      rows.compute(image, top, std::min(kBandRows, in.h - top),
+                   y.image(image) + static_cast<std::size_t>(top) * static_cast<std::size_t>(in.w) *
+                                        static_cast<std::size_t>(y.shape().c));
     }
   }
+}
+
+RgbRows::RgbRows(const Tensor& x, const Tensor& weight, const float* bias, bool relu)
+    : x_(x), out_(weight.shape().n), bias_(bias), relu_(relu) {
+  float* const packed = thread_scratch(ScratchUse::packed_b, weight.size());
+  HWY_DYNAMIC_DISPATCH(PackRgbWeights)(weight, packed);
+  packed_ = packed;
+}
+
+Shape RgbRows::shape() const { return {x_.shape().n, x_.shape().h, x_.shape().w, out_}; }
+
+void RgbRows::compute(int image, int top, int rows, float* to) const {
+  HWY_DYNAMIC_DISPATCH(ConvolveRgbBand)(x_, packed_, bias_, relu_, image, top, rows, out_, to);
 }
 
 void rgb_weight_gradient(const Tensor& x, const Tensor& dy, float* weight_gradient,

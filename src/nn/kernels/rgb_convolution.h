@@ -15,6 +15,25 @@ bool has_rgb_convolution(int out_channels);
 void rgb_convolution(const Tensor& x, const Tensor& weight, const float* bias, bool relu,
                      Tensor& y);
 
+/// The same convolution made a few rows at a time, for a layer that reads them while they are in
+/// the caches. What it is made of must outlive it, in the thread that made it.
+class RgbRows {
+ public:
+  RgbRows(const Tensor& x, const Tensor& weight, const float* bias, bool relu);
+
+  /// Of the result.
+  Shape shape() const;
+  /// Rows [top, top + rows) of an image's result, to `to` [rows,w,out]. In any thread.
+  void compute(int image, int top, int rows, float* to) const;
+
+ private:
+  const Tensor& x_;
+  const float* packed_;  // scratch memory of the thread
+  int out_;
+  const float* bias_;
+  bool relu_;
+};
+
 /// Adds dL/dweight [out,3,3,3] to `weight_gradient` and dL/dbias to `bias_gradient` unless it is
 /// null.
 void rgb_weight_gradient(const Tensor& x, const Tensor& dy, float* weight_gradient,

@@ -144,11 +144,18 @@ void multiply_rows(std::int64_t m, std::int64_t n, std::int64_t k, const float* 
     (m, std::min(kRowsPerTask, n - row), std::min(kPart, k - part * kPart), x + part * kPart, k,
      w + row * k + part * kPart, k, sums + part * m * n + row, n);
   }
+  add_parts(m, n, sums, parts, n, c);
+}
+
+void add_parts(std::int64_t m, std::int64_t n, const float* sums, std::int64_t parts,
+               std::ptrdiff_t sums_row, ProductView c) {
 #pragma omp parallel for schedule(static)
   for (std::int64_t i = 0; i < m; ++i) {
     for (std::int64_t j = 0; j < n; ++j) {
       float value = c.accumulate ? c.data[i * c.row_stride + j] : 0.0F;
-      for (std::int64_t part = 0; part < parts; ++part) value += sums[(part * m + i) * n + j];
+      for (std::int64_t part = 0; part < parts; ++part) {
+        value += sums[(part * m + i) * sums_row + j];
+      }
       if (c.bias != nullptr) value += c.bias[j];
       c.data[i * c.row_stride + j] = c.relu && value < 0.0F ? 0.0F : value;
     }

@@ -13,4 +13,9 @@ namespace sdmt::nn {
 void multiply_rows(std::int64_t m, std::int64_t n, std::int64_t k, const float* x, const float* w,
                    ProductView c);
 
+/// Adds up what the parts of a long sum gave, in their order: C [m,n] from
+/// sums[(part * m + i) * sums_row + j].
+void add_parts(std::int64_t m, std::int64_t n, const float* sums, std::int64_t parts,
+               std::ptrdiff_t sums_row, ProductView c);
+
 }  // namespace sdmt::nn

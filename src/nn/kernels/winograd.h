@@ -3,29 +3,35 @@
 
 #include <cstddef>
 
+#include "kernels/winograd_geometry.h"
 #include "sdmt/nn/tensor.h"
 
 namespace sdmt::nn {
 
-/// 3x3 convolution of stride 1 and padding 1 by Winograd's minimal filtering F(4x4,3x3) (Lavin &
-/// Gray, "Fast Algorithms for Convolutional Neural Networks", CVPR 2016): a 6x6 tile of the input
-/// and the weights are transformed, multiplied channel by channel at each of the 36 positions,
-/// which makes 36 matrix products over all tiles, and transformed back to a 4x4 tile of the output;
-/// 36 multiplications stand for 144. The interpolation points are 0, +-sqrt(1/2), +-sqrt(2) and
-/// infinity: their largest rounding error is a quarter of that of the usual 0, +-1, +-2, infinity,
-/// and less than twice that of the sum itself (docs/performance.md).
+class RgbRows;
+
+/// 3x3 convolution of stride 1 and padding 1 by Winograd's minimal filtering F(h x w,3x3) (Lavin &
+/// Gray, "Fast Algorithms for Convolutional Neural Networks", CVPR 2016): an (h+2) x (w+2) tile of
+/// the input and the weights are transformed, multiplied channel by channel at each of the
+/// positions, which makes as many matrix products over all tiles, and transformed back to an h x w
+/// tile of the output. For 4x4, 36 multiplications stand for 144; for 8x8, 100 for 576. The
+/// interpolation points (winograd_points.h) are chosen for their rounding error: with 256 channels
+/// its root mean square is 7e-7 of the largest output for 4x4 and 8e-6 for 8x8, where the sum
+/// itself has 2e-7 (docs/performance.md).
 
 /// Weights in the transformed domain, in the order in which this machine's matrix kernel reads
 /// them.
 class WinogradWeights {
  public:
-  /// From weights [out,3,3,in].
-  void set(const Tensor& weight);
-  /// For the gradient with respect to the input: weights turned by 180 degrees, in and out swapped.
+  /// From weights [out,3,3,in], for tiles of 4 or 8 rows and columns.
+  void set(const Tensor& weight, WinogradTileSize tile);
+  /// For the gradient with respect to the input: weights turned by 180 degrees, in and out swapped;
+  /// tiles of 4x4.
   void set_transposed(const Tensor& weight);
 
   void clear() { in_ = out_ = 0; }
   bool empty() const { return in_ == 0; }
+  WinogradTileSize tile() const { return tile_; }
   int in_channels() const { return in_; }
   int out_channels() const { return out_; }
   const float* data() const { return values_.data(); }
@@ -34,8 +40,12 @@ class WinogradWeights {
  private:
   int in_ = 0;
   int out_ = 0;
-  Tensor values_;  // [36][panel of columns][in][column]
+  WinogradTileSize tile_;
+  Tensor values_;  // [position][panel of columns][in][column]
 };
+
+/// The tile with which an image of h rows and w columns takes the fewest multiplications.
+WinogradTileSize fastest_winograd_tile(int h, int w);
 
 /// What happens to the result before it is stored.
 struct WinogradEpilogue {
@@ -48,6 +58,10 @@ struct WinogradEpilogue {
 /// y [n,h,w,out] or, with max_pool, [n,h/2,w/2,out]; y is resized. Each value depends on its own
 /// image alone: the same for any batch and number of threads.
 void winograd_convolution(const Tensor& x, const WinogradWeights& weights,
+                          const WinogradEpilogue& epilogue, Tensor& y);
+
+/// The same for the result of another convolution, made when it is needed: never whole.
+void winograd_convolution(const RgbRows& x, const WinogradWeights& weights,
                           const WinogradEpilogue& epilogue, Tensor& y);
 
 /// Adds dL/dweight [out,3,3,in] to `weight_gradient`, and dL/dbias to `bias_gradient` unless it is

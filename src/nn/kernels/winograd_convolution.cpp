@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "kernels/rgb_convolution.h"
 #include "kernels/scratch.h"
 #include "kernels/winograd.h"
 
@@ -18,11 +19,19 @@ namespace sdmt::nn {
 #ifndef SDMT_NN_WINOGRAD_CONVOLUTION_ONCE_
 #define SDMT_NN_WINOGRAD_CONVOLUTION_ONCE_
 struct WinogradTask {
-  const Tensor& x;
+  const Tensor* x;         // either
+  const RgbRows* made_of;  // or
   const WinogradWeights& weights;
   const WinogradEpilogue& epilogue;
   Tensor& y;
   WinogradTiles tiles;
+};
+/// Tiles that go through the three steps together.
+struct WinogradBlock {
+  std::int64_t first = 0;
+  int slots = 0;
+  float* v = nullptr;  // transformed input
+  float* m = nullptr;  // products
 };
 #endif
 }  // namespace sdmt::nn
@@ -50,42 +59,38 @@ HWY_INLINE void StorePixel(const OutputTile& tile, int i, int j, int channels, F
 }
 
 /// A^T m A of one vector of channels, `channels` of which exist; then pooling, bias, ReLU, mask.
-template <bool kPool>
-HWY_INLINE void TransformOutput(const float* m, std::ptrdiff_t step, FloatVec bias, bool relu,
-                                int channels, const OutputTile& tile) {
-  FloatVec rows[kTile][kWindow];
-  TransformColumnsBack(m, step, rows);
-  FloatVec pooled[2];
-#pragma GCC unroll 4
-  for (int i = 0; i < kTile; ++i) {
-    const FloatVec(&r)[kWindow] = rows[i];
-    FloatVec y[kTile];
-    TransformBack(r[0], r[1], r[2], r[3], r[4], r[5], y);
-    if constexpr (kPool) {
+template <int kHeight, int kWidth, bool kPool>
+HWY_INLINE void TransformOutput(const float* m, std::ptrdiff_t step, std::ptrdiff_t ahead,
+                                FloatVec bias, bool relu, int channels, const OutputTile& tile) {
+  const FloatTag d;
+  alignas(64) float lines[kHeight][kWidth + 2][kLanes];
+  TransformColumnsBack<kHeight, kWidth>(m, step, ahead, lines);
+  constexpr int kShrink = kPool ? 2 : 1;
+  for (int i = 0; i < std::min(tile.rows, kHeight / kShrink); ++i) {
+    FloatVec y[kWidth];
+#pragma GCC unroll 2
+    for (int part = 0; part < kShrink; ++part) {
+      FloatVec line[kWidth + 2];
+      FloatVec values[kWidth];
+#pragma GCC unroll 10
+      for (int j = 0; j < kWidth + 2; ++j) line[j] = hn::Load(d, lines[i * kShrink + part][j]);
+      TransformLineBack<kWidth>(line, values);
+#pragma GCC unroll 8
+      for (int j = 0; j < kWidth; ++j) y[j] = part == 0 ? values[j] : hn::Max(y[j], values[j]);
+    }
+#pragma GCC unroll 8
+    for (int j = 0; j < kWidth / kShrink; ++j) {
+      if (j >= tile.columns) break;
       // Rounding is monotonic: bias and ReLU may follow the maximum.
-      const FloatVec left = hn::Max(y[0], y[1]);
-      const FloatVec right = hn::Max(y[2], y[3]);
-      pooled[0] = i % 2 == 0 ? left : hn::Max(pooled[0], left);
-      pooled[1] = i % 2 == 0 ? right : hn::Max(pooled[1], right);
-      if (i % 2 == 0 || i / 2 >= tile.rows) continue;
-      for (int j = 0; j < 2 && j < tile.columns; ++j) {
-        FloatVec value = hn::Add(pooled[j], bias);
-        if (relu) value = Rectify(value);
-        StorePixel(tile, i / 2, j, channels, value);
-      }
-    } else {
-      if (i >= tile.rows) continue;
-#pragma GCC unroll 4
-      for (int j = 0; j < kTile; ++j) {
-        if (j >= tile.columns) break;
-        FloatVec value = hn::Add(y[j], bias);
-        if (relu) value = Rectify(value);
-        StorePixel(tile, i, j, channels, value);
-      }
+      FloatVec value = kPool ? hn::Max(y[2 * j], y[2 * j + 1]) : y[j];
+      value = hn::Add(value, bias);
+      if (relu) value = Rectify(value);
+      StorePixel(tile, i, j, channels, value);
     }
   }
 }
 
+template <int kHeight, int kWidth>
 HWY_NOINLINE void TransformOutputTile(const WinogradTask& task, std::int64_t index, int slots,
                                       int slot, const float* m, std::ptrdiff_t step) {
   const FloatTag d;
@@ -98,8 +103,8 @@ HWY_NOINLINE void TransformOutputTile(const WinogradTask& task, std::int64_t ind
   OutputTile tile;
   tile.row = std::ptrdiff_t{shape.w} * shape.c;
   tile.pixel = shape.c;
-  tile.rows = std::min(kTile / shrink, shape.h - top);
-  tile.columns = std::min(kTile / shrink, shape.w - left);
+  tile.rows = std::min(kHeight / shrink, shape.h - top);
+  tile.columns = std::min(kWidth / shrink, shape.w - left);
   const std::ptrdiff_t corner = top * tile.row + std::ptrdiff_t{left} * shape.c;
   float* const y = task.y.image(place.image) + corner;
   const float* const mask =
@@ -110,55 +115,126 @@ HWY_NOINLINE void TransformOutputTile(const WinogradTask& task, std::int64_t ind
         epilogue.bias == nullptr ? hn::Zero(d) : LoadSome(epilogue.bias + channel, count);
     const float* const from =
         m + static_cast<std::ptrdiff_t>(channel / kLanes * slots + slot) * kLanes;
+    // The next channels, then the next tile.
+    const std::ptrdiff_t ahead = channel + kLanes < shape.c
+                                     ? std::ptrdiff_t{slots} * kLanes
+                                     : m + (std::ptrdiff_t{slot} + 1) * kLanes - from;
     tile.y = y + channel;
     tile.mask = mask == nullptr ? nullptr : mask + channel;
     if (epilogue.max_pool) {
-      TransformOutput<true>(from, step, bias, epilogue.relu, count, tile);
+      TransformOutput<kHeight, kWidth, true>(from, step, ahead, bias, epilogue.relu, count, tile);
     } else {
-      TransformOutput<false>(from, step, bias, epilogue.relu, count, tile);
+      TransformOutput<kHeight, kWidth, false>(from, step, ahead, bias, epilogue.relu, count, tile);
+    }
+  }
+}
+
+HWY_INLINE int PanelsOf(const WinogradTask& task) {
+  return (task.weights.out_channels() + kColumns - 1) / kColumns;
+}
+
+/// Floats from position to position, in v and in m.
+std::ptrdiff_t BlockStep(const WinogradTask& task, int slots) {
+  return PositionStep(std::max(VectorsOf(task.weights.in_channels()), 2 * PanelsOf(task)), slots);
+}
+
+/// The rows of the input that a block within one image needs, made here.
+ImageRows MakeRows(const WinogradTask& task, const WinogradBlock& block) {
+  const WinogradTiles& tiles = task.tiles;
+  const WinogradTiles::Place place = tiles.place(block.first);
+  const int last_top = tiles.place(block.first + block.slots - 1).top;
+  const int first = std::max(0, place.top - 1);
+  const int rows = std::min(tiles.height, last_top + tiles.size.height + 1) - first;
+  const int channels = task.weights.in_channels();
+  float* const band = thread_scratch(ScratchUse::band, static_cast<std::size_t>(rows) *
+                                                           static_cast<std::size_t>(tiles.width) *
+                                                           static_cast<std::size_t>(channels));
+  task.made_of->compute(place.image, first, rows, band);
+  return {band, first, channels};
+}
+
+template <int kHeight, int kWidth>
+void TransformInputs(const WinogradTask& task, const WinogradBlock& block) {
+  const std::ptrdiff_t step = BlockStep(task, block.slots);
+  const std::size_t row =
+      (kWidth + 2) * (static_cast<std::size_t>(task.weights.in_channels()) + kLanes);
+  float* const zeros = thread_scratch(ScratchUse::columns, row);
+  std::fill_n(zeros, row, 0.0F);
+  ImageRows image{nullptr, 0, task.weights.in_channels()};
+  if (task.made_of != nullptr) image = MakeRows(task, block);
+  for (int slot = 0; slot < block.slots; ++slot) {
+    const std::int64_t tile = block.first + slot;
+    if (task.x != nullptr) image.data = task.x->image(task.tiles.place(tile).image);
+    TransformInputTile<kHeight, kWidth>(image, task.tiles, tile, block.slots, slot, zeros, block.v,
+                                        step);
+  }
+}
+
+template <int kHeight, int kWidth>
+void TransformOutputs(const WinogradTask& task, const WinogradBlock& block) {
+  const std::ptrdiff_t step = BlockStep(task, block.slots);
+  for (int slot = 0; slot < block.slots; ++slot) {
+    TransformOutputTile<kHeight, kWidth>(task, block.first + slot, block.slots, slot, block.m,
+                                         step);
+  }
+}
+
+/// Takes tiles [begin, end) of the block to the transformed domain.
+void TransformBlockInputs(const WinogradTask& task, const WinogradBlock& block) {
+  if (task.tiles.size == WinogradTileSize{8, 8}) {
+    TransformInputs<8, 8>(task, block);
+  } else {
+    TransformInputs<4, 4>(task, block);
+  }
+}
+
+void TransformBlockOutputs(const WinogradTask& task, const WinogradBlock& block) {
+  if (task.tiles.size == WinogradTileSize{8, 8}) {
+    TransformOutputs<8, 8>(task, block);
+  } else {
+    TransformOutputs<4, 4>(task, block);
+  }
+}
+
+/// The products of all tiles of the block at one position.
+void MultiplyPosition(const WinogradTask& task, const WinogradBlock& block, int position) {
+  const int in = task.weights.in_channels();
+  const int slots = block.slots;
+  const int panels = PanelsOf(task);
+  const int panel_rows = EvenRows(slots);
+  const std::ptrdiff_t step = BlockStep(task, slots);
+  const std::ptrdiff_t panel_size = static_cast<std::ptrdiff_t>(in) * kColumns;
+  const float* b = task.weights.data() + position * panels * panel_size;
+  for (int panel = 0; panel < panels; ++panel, b += panel_size) {
+    for (int row = 0; row < slots; row += panel_rows) {
+      RunMicroTile(
+          std::min(panel_rows, slots - row),
+          MicroTile{.a = block.v + position * step + static_cast<std::ptrdiff_t>(row) * kLanes,
+                    .a_chunk = static_cast<std::ptrdiff_t>(slots) * kLanes,
+                    .b = b,
+                    .b_step = kColumns,
+                    .b_vector = kLanes,
+                    .c = block.m + position * step +
+                         static_cast<std::ptrdiff_t>(2 * panel * slots + row) * kLanes,
+                    .c_row = kLanes,
+                    .c_vector = static_cast<std::ptrdiff_t>(slots) * kLanes,
+                    .k = in});
     }
   }
 }
 
 /// Tiles [first, first + slots), in one thread.
 void ConvolveTiles(const WinogradTask& task, std::int64_t first, int slots) {
-  const int in = task.weights.in_channels();
-  const int panels = (task.weights.out_channels() + kColumns - 1) / kColumns;
   // The products of position p are written over the transformed tiles of position p - 1, which are
   // no longer needed: half the memory, so that more of it stays in the level-2 cache.
-  const std::ptrdiff_t step = PositionStep(std::max(VectorsOf(in), 2 * panels), slots);
+  const std::ptrdiff_t step = BlockStep(task, slots);
+  const int positions = task.tiles.size.positions();
   float* const m =
-      thread_scratch(ScratchUse::packed_a, static_cast<std::size_t>((kPositions + 1) * step));
-  float* const v = m + step;
-  float* const zeros =
-      thread_scratch(ScratchUse::columns, static_cast<std::size_t>(kWindow) * (in + kLanes));
-  std::fill_n(zeros, kWindow * (in + kLanes), 0.0F);
-  for (int slot = 0; slot < slots; ++slot) {
-    TransformInputTile(task.x, task.tiles, first + slot, slots, slot, zeros, v, step);
-  }
-  const int panel_rows = EvenRows(slots);
-  const std::ptrdiff_t panel_size = static_cast<std::ptrdiff_t>(in) * kColumns;
-  const float* b = task.weights.data();
-  for (int p = 0; p < kPositions; ++p) {
-    for (int panel = 0; panel < panels; ++panel, b += panel_size) {
-      for (int row = 0; row < slots; row += panel_rows) {
-        RunMicroTile(std::min(panel_rows, slots - row),
-                     MicroTile{.a = v + p * step + static_cast<std::ptrdiff_t>(row) * kLanes,
-                               .a_chunk = static_cast<std::ptrdiff_t>(slots) * kLanes,
-                               .b = b,
-                               .b_step = kColumns,
-                               .b_vector = kLanes,
-                               .c = m + p * step +
-                                    static_cast<std::ptrdiff_t>(2 * panel * slots + row) * kLanes,
-                               .c_row = kLanes,
-                               .c_vector = static_cast<std::ptrdiff_t>(slots) * kLanes,
-                               .k = in});
-      }
-    }
-  }
-  for (int slot = 0; slot < slots; ++slot) {
-    TransformOutputTile(task, first + slot, slots, slot, m, step);
-  }
+      thread_scratch(ScratchUse::packed_a, static_cast<std::size_t>((positions + 1) * step));
+  const WinogradBlock block{first, slots, m + step, m};
+  TransformBlockInputs(task, block);
+  for (int p = 0; p < positions; ++p) MultiplyPosition(task, block, p);
+  TransformBlockOutputs(task, block);
 }
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)
@@ -171,16 +247,37 @@ namespace sdmt::nn {
 
 HWY_EXPORT(ConvolveTiles);
 
+WinogradTileSize fastest_winograd_tile(int h, int w) {
+  const auto cost = [h, w](int tile) {  // multiplications for a pair of channels
+    const std::int64_t rows = (h + tile - 1) / tile;
+    const std::int64_t columns = (w + tile - 1) / tile;
+    return rows * columns * (tile + 2) * (tile + 2);
+  };
+  const int tile = cost(8) < cost(4) ? 8 : 4;
+  return {tile, tile};
+}
+
+namespace {
+
+Shape result_shape(Shape in, const WinogradWeights& weights, const WinogradEpilogue& epilogue) {
+  const int shrink = epilogue.max_pool ? 2 : 1;
+  return {in.n, in.h / shrink, in.w / shrink, weights.out_channels()};
+}
+
+}  // namespace
+
 void winograd_convolution(const Tensor& x, const WinogradWeights& weights,
                           const WinogradEpilogue& epilogue, Tensor& y) {
-  const Shape in = x.shape();
-  const int shrink = epilogue.max_pool ? 2 : 1;
-  y.resize({in.n, in.h / shrink, in.w / shrink, weights.out_channels()});
-  const WinogradTask task{x, weights, epilogue, y, WinogradTiles(in)};
+  y.resize(result_shape(x.shape(), weights, epilogue));
+  const WinogradTask task{&x,       nullptr, weights,
+                          epilogue, y,       WinogradTiles(x.shape(), weights.tile())};
   // A block's transformed tiles should stay in the level-2 cache; where the weights do not, more
   // tiles have to share one pass over them. Every thread gets as many blocks.
   constexpr std::size_t kLargeWeights = 1 << 20;  // values
-  const std::int64_t most_slots = weights.size() > kLargeWeights ? 56 : 28;
+  const std::int64_t most_values = weights.size() > kLargeWeights ? 1 << 21 : 1 << 17;
+  const std::int64_t tile_values = std::int64_t{task.tiles.size.positions()} *
+                                   std::max(weights.in_channels(), weights.out_channels());
+  const std::int64_t most_slots = std::max<std::int64_t>(14, most_values / tile_values);
   const std::int64_t threads = omp_get_max_threads();
   std::int64_t blocks = (task.tiles.count + most_slots - 1) / most_slots;
   blocks = std::min(task.tiles.count, (blocks + threads - 1) / threads * threads);
@@ -189,6 +286,27 @@ void winograd_convolution(const Tensor& x, const WinogradWeights& weights,
     const std::int64_t first = block * task.tiles.count / blocks;
     const std::int64_t end = (block + 1) * task.tiles.count / blocks;
     HWY_DYNAMIC_DISPATCH(ConvolveTiles)(task, first, static_cast<int>(end - first));
+  }
+}
+
+void winograd_convolution(const RgbRows& x, const WinogradWeights& weights,
+                          const WinogradEpilogue& epilogue, Tensor& y) {
+  y.resize(result_shape(x.shape(), weights, epilogue));
+  const WinogradTask task{nullptr,  &x, weights,
+                          epilogue, y,  WinogradTiles(x.shape(), weights.tile())};
+  // Blocks of whole rows of tiles: two blocks above each other make the rows between them twice.
+  constexpr int kMostSlots = 16;
+  const int rows = std::max(1, kMostSlots / task.tiles.columns);
+  const int blocks = (task.tiles.rows + rows - 1) / rows;
+#pragma omp parallel for collapse(2) schedule(dynamic)
+  for (int image = 0; image < x.shape().n; ++image) {
+    for (int block = 0; block < blocks; ++block) {
+      const int first = block * rows;
+      const int count = std::min(rows, task.tiles.rows - first);
+      const std::int64_t tile = std::int64_t{image} * task.tiles.rows + first;
+      HWY_DYNAMIC_DISPATCH(ConvolveTiles)
+      (task, tile * task.tiles.columns, count * task.tiles.columns);
+    }
   }
 }
 

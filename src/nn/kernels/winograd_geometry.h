@@ -7,17 +7,28 @@
 
 namespace sdmt::nn {
 
-/// The 4x4 output tiles of a batch, numbered image by image and row by row.
+/// Extent of an output tile: 4 or 8 rows and columns.
+struct WinogradTileSize {
+  int height = 4;
+  int width = 4;
+  /// Positions of the transformed tile.
+  int positions() const { return (height + 2) * (width + 2); }
+  bool operator==(const WinogradTileSize&) const = default;
+};
+
+/// The output tiles of a batch, numbered image by image and row by row.
 struct WinogradTiles {
+  WinogradTileSize size;
   int height, width;  // of an image
   int rows, columns;  // of tiles in an image
   std::int64_t count;
 
-  explicit WinogradTiles(Shape image)
-      : height(image.h),
+  WinogradTiles(Shape image, WinogradTileSize tile)
+      : size(tile),
+        height(image.h),
         width(image.w),
-        rows((image.h + 3) / 4),
-        columns((image.w + 3) / 4),
+        rows((image.h + tile.height - 1) / tile.height),
+        columns((image.w + tile.width - 1) / tile.width),
         count(std::int64_t{image.n} * rows * columns) {}
 
   struct Place {
@@ -27,7 +38,8 @@ struct WinogradTiles {
   Place place(std::int64_t tile) const {
     const std::int64_t per_image = std::int64_t{rows} * columns;
     const auto within = static_cast<int>(tile % per_image);
-    return {static_cast<int>(tile / per_image), within / columns * 4, within % columns * 4};
+    return {static_cast<int>(tile / per_image), within / columns * size.height,
+            within % columns * size.width};
   }
 };
 

@@ -40,7 +40,29 @@ HWY_BEFORE_NAMESPACE();
 namespace sdmt::nn {
 namespace HWY_NAMESPACE {
 
+constexpr int kTile = 4;        // rows and columns of an output tile
+constexpr int kWindow = 6;      // of an input tile
+constexpr int kPositions = 36;  // of the transformed tile
 constexpr int kSumPosition = kPositions;
+constexpr float kRoot = 1.41421356F;  // the points are 0, +-sqrt(1/2), +-sqrt(2), infinity
+constexpr float kHalfRoot = 0.70710678F;
+
+/// A times y: the adjoint of the output transform.
+HWY_INLINE void SpreadGradient(const FloatVec (&y)[kTile], FloatVec (&m)[kWindow]) {
+  const FloatTag d;
+  const FloatVec half = hn::Set(d, 0.5F);
+  const FloatVec two = hn::Set(d, 2.0F);
+  const FloatVec even1 = hn::MulAdd(half, y[2], y[0]);
+  const FloatVec odd1 = hn::Mul(hn::Set(d, kHalfRoot), hn::MulAdd(half, y[3], y[1]));
+  const FloatVec even2 = hn::MulAdd(two, y[2], y[0]);
+  const FloatVec odd2 = hn::Mul(hn::Set(d, kRoot), hn::MulAdd(two, y[3], y[1]));
+  m[0] = y[0];
+  m[1] = hn::Add(even1, odd1);
+  m[2] = hn::Sub(even1, odd1);
+  m[3] = hn::Add(even2, odd2);
+  m[4] = hn::Sub(even2, odd2);
+  m[5] = y[3];
+}
 
 /// Extents of the arrays of a block, in floats.
 struct GradientLayout {
@@ -108,8 +130,10 @@ void TransformGradientTiles(const WinogradGradientTask& task, int first_slot, in
   float* const zeros = thread_scratch(ScratchUse::columns, row);
   std::fill_n(zeros, row, 0.0F);
   for (int slot = first_slot; slot < end_slot; ++slot) {
-    TransformInputTile(task.x, task.tiles, task.first + slot, task.slots, slot, zeros, task.v,
-                       layout.v_step);
+    const std::int64_t tile = task.first + slot;
+    const ImageRows image{task.x.image(task.tiles.place(tile).image), 0, in};
+    TransformInputTile<kTile, kTile>(image, task.tiles, tile, task.slots, slot, zeros, task.v,
+                                     layout.v_step);
     TransformGradientTile(task, slot, layout.d_step);
   }
 }
@@ -230,7 +254,7 @@ void winograd_weight_gradient(const Tensor& x, const Tensor& dy, float* weight_g
   constexpr std::int64_t kBlockValues = 3 << 20;
   constexpr std::int64_t kSlotsPerTask = 8;
   const std::int64_t channels = std::int64_t{x.shape().c} + dy.shape().c;
-  WinogradGradientTask task{x, dy, WinogradTiles(x.shape())};
+  WinogradGradientTask task{x, dy, WinogradTiles(x.shape(), {.height = 4, .width = 4})};
   const std::int64_t most_slots = std::max<std::int64_t>(64, kBlockValues / (36 * channels));
   const std::int64_t blocks = (task.tiles.count + most_slots - 1) / most_slots;
   task.slots = static_cast<int>((task.tiles.count + blocks - 1) / blocks);

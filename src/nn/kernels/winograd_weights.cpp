@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cstddef>
-#include <numbers>
 
 #include "kernels/winograd.h"
+#include "kernels/winograd_points.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/winograd_weights.cpp"
@@ -29,54 +30,74 @@ HWY_EXPORT(PanelColumns);
 
 namespace {
 
-/// G g for three taps in a row, at the points 0, +-sqrt(1/2), +-sqrt(2) and infinity.
-inline void spread_taps(const double (&g)[3], double (&u)[6]) {
-  constexpr double kRoot = std::numbers::sqrt2;
-  const double inner_even = g[0] + g[2] / 2;
-  const double outer_even = g[0] + g[2] * 2;
-  u[0] = g[0];
-  u[1] = (inner_even + g[1] * kRoot / 2) / -1.5;
-  u[2] = (inner_even - g[1] * kRoot / 2) / -1.5;
-  u[3] = (outer_even + g[1] * kRoot) / 6;
-  u[4] = (outer_even - g[1] * kRoot) / 6;
-  u[5] = g[2];
-}
+using TapMatrix = std::array<std::array<double, 3>, 10>;
 
-/// G g G^T of the taps g[3][3].
-void transform_taps(const double (&g)[3][3], double (&u)[6][6]) {
-  double half[6][3];
-  for (int v = 0; v < 3; ++v) {
-    const double column[3] = {g[0][v], g[1][v], g[2][v]};
-    double spread[6];
-    spread_taps(column, spread);
-    for (int i = 0; i < 6; ++i) half[i][v] = spread[i];
+/// G: what takes three taps in a row to the points. Rows beyond kTile + 2 are not used.
+template <int kTile>
+constexpr TapMatrix tap_matrix() {
+  TapMatrix g{};
+  g[0][0] = 1.0;
+  for (std::size_t i = 0; i < kTile / 2; ++i) {
+    const double p = kWinograd<kTile>.point[i];
+    const double scale = kWinograd<kTile>.scale[i];
+    g[2 * i + 1] = {scale, p * scale, p * p * scale};
+    g[2 * i + 2] = {scale, -p * scale, p * p * scale};
   }
-  for (int i = 0; i < 6; ++i) spread_taps(half[i], u[i]);
+  g[kTile + 1][2] = 1.0;
+  return g;
 }
 
-/// Fills values [36][panel][in][column] from the taps that `tap(o, i, u, v)` gives.
+const TapMatrix& tap_matrix(int tile) {
+  static constexpr TapMatrix kFour = tap_matrix<4>();
+  static constexpr TapMatrix kEight = tap_matrix<8>();
+  return tile == 4 ? kFour : kEight;
+}
+
+constexpr int kMostColumns = 32;
+using Columns = std::array<double, kMostColumns>;
+
+/// Fills values [position][panel][in][column] with G g G^T of the taps g that `tap(o, i, u, v)`
+/// gives.
 template <typename Tap>
-void transform(int in, int out, const Tap& tap, Tensor& values) {
+void transform(int in, int out, WinogradTileSize tile, const Tap& tap, Tensor& values) {
   const int columns = HWY_DYNAMIC_DISPATCH(PanelColumns)();
   const int panels = (out + columns - 1) / columns;
-  values.resize({36, panels, in, columns});
-  const std::ptrdiff_t position = static_cast<std::ptrdiff_t>(panels) * in * columns;
+  const auto rows = static_cast<std::size_t>(tile.height) + 2;
+  const auto row_length = static_cast<std::size_t>(tile.width) + 2;
+  const TapMatrix& down = tap_matrix(tile.height);
+  const TapMatrix& across = tap_matrix(tile.width);
+  values.resize({tile.positions(), panels, in, columns});
+  const std::size_t position = values.shape().image_size();
 #pragma omp parallel for collapse(2) schedule(static)
   for (int panel = 0; panel < panels; ++panel) {
     for (int i = 0; i < in; ++i) {
-      float* const to = values.data() + (static_cast<std::ptrdiff_t>(panel) * in + i) * columns;
-      for (int column = 0; column < columns; ++column) {
-        const int o = panel * columns + column;
-        double u[6][6] = {};
-        if (o < out) {
-          double g[3][3];
-          for (int a = 0; a < 3; ++a) {
-            for (int b = 0; b < 3; ++b) g[a][b] = tap(o, i, a, b);
-          }
-          transform_taps(g, u);
+      std::array<std::array<Columns, 3>, 3> g{};
+      for (int column = 0; column < std::min(columns, out - panel * columns); ++column) {
+        for (int tap_index = 0; tap_index < 9; ++tap_index) {
+          const int u = tap_index / 3;
+          const int v = tap_index % 3;
+          g[static_cast<std::size_t>(u)][static_cast<std::size_t>(v)]
+           [static_cast<std::size_t>(column)] = tap(panel * columns + column, i, u, v);
         }
-        for (int p = 0; p < 36; ++p)
-          to[p * position + column] = static_cast<float>(u[p / 6][p % 6]);
+      }
+      float* to = values.data() + (static_cast<std::size_t>(panel) * static_cast<std::size_t>(in) +
+                                   static_cast<std::size_t>(i)) *
+                                      static_cast<std::size_t>(columns);
+      for (std::size_t row = 0; row < rows; ++row) {
+        std::array<Columns, 3> half;
+        for (std::size_t v = 0; v < 3; ++v) {
+          for (std::size_t column = 0; column < kMostColumns; ++column) {
+            half[v][column] = down[row][0] * g[0][v][column] + down[row][1] * g[1][v][column] +
+                              down[row][2] * g[2][v][column];
+          }
+        }
+        for (std::size_t at = 0; at < row_length; ++at, to += position) {
+          for (std::size_t column = 0; column < static_cast<std::size_t>(columns); ++column) {
+            to[column] = static_cast<float>(across[at][0] * half[0][column] +
+                                            across[at][1] * half[1][column] +
+                                            across[at][2] * half[2][column]);
+          }
+        }
       }
     }
   }
@@ -84,13 +105,14 @@ void transform(int in, int out, const Tap& tap, Tensor& values) {
 
 }  // namespace
 
-void WinogradWeights::set(const Tensor& weight) {
+void WinogradWeights::set(const Tensor& weight, WinogradTileSize tile) {
   const Shape shape = weight.shape();
   in_ = shape.c;
   out_ = shape.n;
+  tile_ = tile;
   const float* const w = weight.data();
   transform(
-      in_, out_,
+      in_, out_, tile_,
       [w, in = static_cast<std::ptrdiff_t>(in_)](int o, int i, int a, int b) {
         return w[(o * 9 + a * 3 + b) * in + i];
       },
@@ -101,9 +123,10 @@ void WinogradWeights::set_transposed(const Tensor& weight) {
   const Shape shape = weight.shape();
   in_ = shape.n;
   out_ = shape.c;
+  tile_ = {};
   const float* const w = weight.data();
   transform(
-      in_, out_,
+      in_, out_, tile_,
       [w, channels = static_cast<std::ptrdiff_t>(out_)](int o, int i, int a, int b) {
         return w[(i * 9 + (2 - a) * 3 + (2 - b)) * channels + o];
       },

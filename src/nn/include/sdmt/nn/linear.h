@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
+
 #include "sdmt/nn/layer.h"
 #include "sdmt/nn/random.h"
 
 namespace sdmt::nn {
+
+class HalfWeights;
 
 struct LinearOptions {
   int in_features = 0;   ///< >= 1
@@ -16,12 +20,14 @@ struct LinearOptions {
 };
 
 /// y = x W^T + b, as torch.nn.Linear. x is [n,h,w,c] with h*w*c == in_features, read in memory
-/// order (h, then w, then c); y is [n,1,1,out_features].
+/// order (h, then w, then c); y is [n,1,1,out_features]. Inference reads large weights that are all
+/// float16 numbers, as those of a file that stores float16 are, from a copy in float16.
 class Linear : public Layer {
  public:
   /// Weights and biases are zero until set or reset_parameters(). Throws as
   /// LinearOptions::validate().
   explicit Linear(LinearOptions options);
+  ~Linear() override;
 
   const LinearOptions& options() const { return options_; }
 
@@ -39,11 +45,16 @@ class Linear : public Layer {
   /// Does not read y.
   void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
   std::vector<Parameter*> parameters() override;
+  void parameters_changed() override;
 
  private:
+  bool has_half_weights();
+
   LinearOptions options_;
   Parameter weight_;
   Parameter bias_;
+  std::unique_ptr<HalfWeights> half_weights_;
+  bool half_weights_tried_ = false;
 };
 
 }  // namespace sdmt::nn

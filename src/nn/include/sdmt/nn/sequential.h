@@ -10,6 +10,8 @@
 
 namespace sdmt::nn {
 
+class Conv2d;
+
 /// Layers applied one after another, any sub-range [first, last) of them at a time: last == -1
 /// means all. Owns the layers and the tensors between them, whose memory is reused, so that running
 /// shapes seen before allocates nothing. Not thread-safe.
@@ -61,6 +63,7 @@ class Sequential {
   int checked_last(int first, int last) const;
   template <typename Kind>
   bool is(int i, int end);
+  Conv2d& convolution(int i);
   const Tensor& forward_inference(const Tensor& x, int first, int end);
   /// Runs layers [first, end) between the two buffers; the last result goes to `result` if given.
   const Tensor& run_layers(const Tensor& x, int first, int end, Tensor* result);
