@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstring>
 
 #include "kernels/row_products.h"
 #include "kernels/scratch.h"
@@ -38,14 +39,16 @@ bool PackHalfStretch(const Tensor& weight, std::int64_t first, std::int64_t leng
     std::uint16_t* const to = packed + o / kColumns * length * kColumns + o % kColumns;
     for (std::int64_t k = 0; k < length; k += kLanes) {
       const std::int64_t count = std::min<std::int64_t>(kLanes, length - k);
-      alignas(64) hwy::float16_t lanes[kLanes] = {};
+      alignas(64) hwy::float16_t lanes[kLanes];
+      std::uint16_t bits[kLanes] = {};  // the type of float16_t's own depends on the machine
       if (o < out) {
         const FloatVec values = LoadSome(weight.data() + o * in + first + k, count);
         const auto halves = hn::DemoteTo(half_tag, values);
         if (!hn::AllTrue(d, hn::Eq(hn::PromoteTo(d, halves), values))) return false;
         hn::Store(halves, half_tag, lanes);
+        std::memcpy(bits, lanes, sizeof(bits));
       }
-      for (std::int64_t i = 0; i < count; ++i) to[(k + i) * kColumns] = lanes[i].bits;
+      for (std::int64_t i = 0; i < count; ++i) to[(k + i) * kColumns] = bits[i];
     }
   }
   return true;

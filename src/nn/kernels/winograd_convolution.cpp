@@ -154,7 +154,7 @@ ImageRows MakeRows(const WinogradTask& task, const WinogradBlock& block) {
 }
 
 template <int kHeight, int kWidth>
-void TransformInputs(const WinogradTask& task, const WinogradBlock& block) {
+void TransformInputs(const WinogradTask& task, const WinogradBlock& block, int begin, int end) {
   const std::ptrdiff_t step = BlockStep(task, block.slots);
   const std::size_t row =
       (kWidth + 2) * (static_cast<std::size_t>(task.weights.in_channels()) + kLanes);
@@ -162,7 +162,7 @@ void TransformInputs(const WinogradTask& task, const WinogradBlock& block) {
   std::fill_n(zeros, row, 0.0F);
   ImageRows image{nullptr, 0, task.weights.in_channels()};
   if (task.made_of != nullptr) image = MakeRows(task, block);
-  for (int slot = 0; slot < block.slots; ++slot) {
+  for (int slot = begin; slot < end; ++slot) {
     const std::int64_t tile = block.first + slot;
     if (task.x != nullptr) image.data = task.x->image(task.tiles.place(tile).image);
     TransformInputTile<kHeight, kWidth>(image, task.tiles, tile, block.slots, slot, zeros, block.v,
@@ -171,28 +171,30 @@ void TransformInputs(const WinogradTask& task, const WinogradBlock& block) {
 }
 
 template <int kHeight, int kWidth>
-void TransformOutputs(const WinogradTask& task, const WinogradBlock& block) {
+void TransformOutputs(const WinogradTask& task, const WinogradBlock& block, int begin, int end) {
   const std::ptrdiff_t step = BlockStep(task, block.slots);
-  for (int slot = 0; slot < block.slots; ++slot) {
+  for (int slot = begin; slot < end; ++slot) {
     TransformOutputTile<kHeight, kWidth>(task, block.first + slot, block.slots, slot, block.m,
                                          step);
   }
 }
 
 /// Takes tiles [begin, end) of the block to the transformed domain.
-void TransformBlockInputs(const WinogradTask& task, const WinogradBlock& block) {
+void TransformBlockInputs(const WinogradTask& task, const WinogradBlock& block, int begin,
+                          int end) {
   if (task.tiles.size == WinogradTileSize{8, 8}) {
-    TransformInputs<8, 8>(task, block);
+    TransformInputs<8, 8>(task, block, begin, end);
   } else {
-    TransformInputs<4, 4>(task, block);
+    TransformInputs<4, 4>(task, block, begin, end);
   }
 }
 
-void TransformBlockOutputs(const WinogradTask& task, const WinogradBlock& block) {
+void TransformBlockOutputs(const WinogradTask& task, const WinogradBlock& block, int begin,
+                           int end) {
   if (task.tiles.size == WinogradTileSize{8, 8}) {
-    TransformOutputs<8, 8>(task, block);
+    TransformOutputs<8, 8>(task, block, begin, end);
   } else {
-    TransformOutputs<4, 4>(task, block);
+    TransformOutputs<4, 4>(task, block, begin, end);
   }
 }
 
@@ -223,7 +225,7 @@ void MultiplyPosition(const WinogradTask& task, const WinogradBlock& block, int 
   }
 }
 
-/// Tiles [first, first + slots), in one thread.
+/// The three steps for tiles [first, first + slots), in one thread.
 void ConvolveTiles(const WinogradTask& task, std::int64_t first, int slots) {
   // The products of position p are written over the transformed tiles of position p - 1, which are
   // no longer needed: half the memory, so that more of it stays in the level-2 cache.
@@ -232,9 +234,9 @@ void ConvolveTiles(const WinogradTask& task, std::int64_t first, int slots) {
   float* const m =
       thread_scratch(ScratchUse::packed_a, static_cast<std::size_t>((positions + 1) * step));
   const WinogradBlock block{first, slots, m + step, m};
-  TransformBlockInputs(task, block);
+  TransformBlockInputs(task, block, 0, slots);
   for (int p = 0; p < positions; ++p) MultiplyPosition(task, block, p);
-  TransformBlockOutputs(task, block);
+  TransformBlockOutputs(task, block, 0, slots);
 }
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)
@@ -245,6 +247,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace sdmt::nn {
 
+HWY_EXPORT(BlockStep);
+HWY_EXPORT(TransformBlockInputs);
+HWY_EXPORT(MultiplyPosition);
+HWY_EXPORT(TransformBlockOutputs);
 HWY_EXPORT(ConvolveTiles);
 
 WinogradTileSize fastest_winograd_tile(int h, int w) {
@@ -264,6 +270,31 @@ Shape result_shape(Shape in, const WinogradWeights& weights, const WinogradEpilo
   return {in.n, in.h / shrink, in.w / shrink, weights.out_channels()};
 }
 
+/// The three steps for tiles [first, first + slots), each by all threads, so that one of them reads
+/// the weights of a position.
+void convolve_shared(const WinogradTask& task, std::int64_t first, int slots) {
+  const auto step = static_cast<std::size_t>(HWY_DYNAMIC_DISPATCH(BlockStep)(task, slots));
+  const int positions = task.tiles.size.positions();
+  const std::size_t size = step * static_cast<std::size_t>(positions);
+  const WinogradBlock block{first, slots, thread_scratch(ScratchUse::packed_a, size),
+                            thread_scratch(ScratchUse::packed_b, size)};
+#pragma omp parallel
+  {
+#pragma omp for schedule(dynamic)
+    for (int slot = 0; slot < slots; ++slot) {
+      HWY_DYNAMIC_DISPATCH(TransformBlockInputs)(task, block, slot, slot + 1);
+    }
+#pragma omp for schedule(dynamic)
+    for (int position = 0; position < positions; ++position) {
+      HWY_DYNAMIC_DISPATCH(MultiplyPosition)(task, block, position);
+    }
+#pragma omp for schedule(dynamic)
+    for (int slot = 0; slot < slots; ++slot) {
+      HWY_DYNAMIC_DISPATCH(TransformBlockOutputs)(task, block, slot, slot + 1);
+    }
+  }
+}
+
 }  // namespace
 
 void winograd_convolution(const Tensor& x, const WinogradWeights& weights,
@@ -272,20 +303,26 @@ void winograd_convolution(const Tensor& x, const WinogradWeights& weights,
   const WinogradTask task{&x,       nullptr, weights,
                           epilogue, y,       WinogradTiles(x.shape(), weights.tile())};
   // A block's transformed tiles should stay in the level-2 cache; where the weights do not, more
-  // tiles have to share one pass over them. Every thread gets as many blocks.
+  // tiles have to share one pass over them, and all threads a block.
   constexpr std::size_t kLargeWeights = 1 << 20;  // values
-  const std::int64_t most_values = weights.size() > kLargeWeights ? 1 << 21 : 1 << 17;
+  const bool large = weights.size() > kLargeWeights;
+  const std::int64_t most_values = large ? 1 << 21 : 1 << 17;
   const std::int64_t tile_values = std::int64_t{task.tiles.size.positions()} *
                                    std::max(weights.in_channels(), weights.out_channels());
   const std::int64_t most_slots = std::max<std::int64_t>(14, most_values / tile_values);
   const std::int64_t threads = omp_get_max_threads();
+  const bool shared = large && threads > 1;
   std::int64_t blocks = (task.tiles.count + most_slots - 1) / most_slots;
-  blocks = std::min(task.tiles.count, (blocks + threads - 1) / threads * threads);
-#pragma omp parallel for schedule(dynamic)
+  if (!shared) blocks = std::min(task.tiles.count, (blocks + threads - 1) / threads * threads);
+#pragma omp parallel for schedule(dynamic) if (!shared)
   for (std::int64_t block = 0; block < blocks; ++block) {
     const std::int64_t first = block * task.tiles.count / blocks;
-    const std::int64_t end = (block + 1) * task.tiles.count / blocks;
-    HWY_DYNAMIC_DISPATCH(ConvolveTiles)(task, first, static_cast<int>(end - first));
+    const auto slots = static_cast<int>((block + 1) * task.tiles.count / blocks - first);
+    if (shared) {
+      convolve_shared(task, first, slots);
+    } else {
+      HWY_DYNAMIC_DISPATCH(ConvolveTiles)(task, first, slots);
+    }
   }
 }
 
