@@ -71,6 +71,7 @@ Embedder::Embedder(Model model, const EmbedderOptions& options)
         "preprocessing makes patches of " + std::to_string(preprocessing.height) + " x " +
         std::to_string(preprocessing.width) + ", the network takes " + input.str());
   }
+  model_.network.release_for_inference();
 }
 
 void Embedder::embed(const ImageView& image, std::span<const PixelRect> rects, EmbeddingRows& out) {

@@ -151,6 +151,10 @@ const Tensor& EmbeddingNetwork::forward(const Tensor& patches, Mode mode) {
   return head_->forward(trunk_->forward(patches, mode), mode);
 }
 
+void EmbeddingNetwork::release_for_inference() {
+  dynamic_cast<Linear&>(head_->layer(head_->index("fc1"))).release_weights();
+}
+
 void EmbeddingNetwork::parameters_changed() {
   trunk_->parameters_changed();
   head_->parameters_changed();

@@ -58,6 +58,7 @@ void Linear::forward(const Tensor& x, Tensor& y, Mode mode) {
   if (mode == Mode::inference && has_half_weights()) {
     multiply_rows(x.shape().n, x.data(), *half_weights_, product);
   } else {
+    require_weights();
     multiply_rows(x.shape().n, out, in, x.data(), weight_.value.data(), product);
   }
 }
@@ -69,7 +70,16 @@ bool Linear::has_half_weights() {
   return !half_weights_->empty();
 }
 
+void Linear::release_weights() {
+  if (has_half_weights()) weight_.value = Tensor();
+}
+
+void Linear::require_weights() const {
+  if (weight_.value.empty()) throw std::logic_error("Linear: the weights were given up");
+}
+
 void Linear::parameters_changed() {
+  if (weight_.value.empty()) return;
   half_weights_->clear();
   half_weights_tried_ = false;
 }
@@ -78,6 +88,7 @@ void Linear::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* 
   const std::ptrdiff_t in = options_.in_features;
   const std::ptrdiff_t out = options_.out_features;
   const int n = x.shape().n;
+  require_weights();
   if (options_.bias && bias_.trainable) add_column_sums(dy.data(), n, out, gradient_of(bias_));
   if (weight_.trainable) {
     gemm(out, in, n, {dy.data(), 1, out}, {x.data(), in, 1},

@@ -146,10 +146,23 @@ TEST_P(LayerForward, LinearWithFloat16Weights) {
           << batch;
     };
     expect_right();
+    Linear released({.in_features = 9 * 701, .out_features = 67});
+    released.weight().value = linear.weight().value;
+    released.release_weights();
+    EXPECT_TRUE(released.weight().value.empty());
+    Tensor kept;
+    Tensor y;
+    linear.forward(x, kept, Mode::inference);
+    released.forward(x, y, Mode::inference);
+    EXPECT_TRUE(std::ranges::equal(y.values(), kept.values()));
+    EXPECT_THROW(released.forward(x, y, Mode::training), std::logic_error);
+    EXPECT_THROW(released.backward(x, y, kept, nullptr), std::logic_error);
     // A weight that float16 cannot hold, and would lose whole.
     linear.weight().value.values()[5] = 1e5F;
     linear.parameters_changed();
     expect_right();
+    linear.release_weights();
+    EXPECT_FALSE(linear.weight().value.empty());
   }
 }
 

@@ -61,6 +61,10 @@ class EmbeddingNetwork {
   /// valid until the next call.
   const Tensor& forward(const Tensor& patches, Mode mode);
 
+  /// Gives up what only training and saving need, where inference has its own copy: with float16
+  /// weights 67 MB. Only forward() in inference mode may follow.
+  void release_for_inference();
+
   /// A tensor of the network that a model file holds.
   struct StoredTensor {
     std::string

@@ -46,9 +46,13 @@ class Linear : public Layer {
   void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
   std::vector<Parameter*> parameters() override;
   void parameters_changed() override;
+  /// Gives up the weights where inference reads its own copy of them, to save memory: weight() is
+  /// then empty, and training throws std::logic_error.
+  void release_weights();
 
  private:
   bool has_half_weights();
+  void require_weights() const;
 
   LinearOptions options_;
   Parameter weight_;
