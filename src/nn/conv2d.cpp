@@ -52,7 +52,8 @@ void Conv2dOptions::validate() const {
 
 Conv2d::Conv2d(Conv2dOptions options)
     : options_(options),
-      winograd_(std::make_unique<WinogradWeights>()),
+      winograd_small_(std::make_unique<WinogradWeights>()),
+      winograd_large_(std::make_unique<WinogradWeights>()),
       winograd_transposed_(std::make_unique<WinogradWeights>()) {
   options_.validate();
   const int k = options_.kernel_size;
@@ -105,12 +106,7 @@ void Conv2d::forward_fused(const Tensor& x, Tensor& y, Fusion fusion, Mode mode)
   if (pool) MaxPool2d().output_shape(out);
   const float* const bias = bias_data();
   if (algorithm() == Algorithm::winograd) {
-    // Training takes the small tiles: its weights change with every step, and large tiles make more
-    // of them.
-    const WinogradTileSize tile =
-        mode == Mode::training ? WinogradTileSize() : fastest_winograd_tile(out.h, out.w);
-    if (winograd_->empty() || winograd_->tile() != tile) winograd_->set(weight_.value, tile);
-    winograd_convolution(x, *winograd_,
+    winograd_convolution(x, winograd_weights(out, mode),
                          {.bias = bias, .relu = fusion != Fusion::none, .max_pool = pool}, y);
   } else if (pool) {
     Tensor before_pool;
@@ -133,11 +129,19 @@ void Conv2d::forward_after(Conv2d& first, const Tensor& x, Tensor& y, Fusion fus
   const Shape out = output_shape(first.output_shape(x.shape()));
   const bool pool = fusion == Fusion::relu_max_pool;
   if (pool) MaxPool2d().output_shape(out);
-  const WinogradTileSize tile = fastest_winograd_tile(out.h, out.w);
-  if (winograd_->empty() || winograd_->tile() != tile) winograd_->set(weight_.value, tile);
   const RgbRows rows(x, first.weight_.value, first.bias_data(), true);
-  winograd_convolution(rows, *winograd_,
+  winograd_convolution(rows, winograd_weights(out, Mode::inference),
                        {.bias = bias_data(), .relu = fusion != Fusion::none, .max_pool = pool}, y);
+}
+
+const WinogradWeights& Conv2d::winograd_weights(Shape out, Mode mode) {
+  // Training takes the small tiles: its weights change with every step, and large tiles make more
+  // of them.
+  const WinogradTileSize tile =
+      mode == Mode::training ? WinogradTileSize() : fastest_winograd_tile(out.h, out.w);
+  WinogradWeights& weights = tile == WinogradTileSize() ? *winograd_small_ : *winograd_large_;
+  if (weights.empty()) weights.set(weight_.value, tile);
+  return weights;
 }
 
 void Conv2d::forward_im2col(const Tensor& x, const float* bias, bool relu, Tensor& y) {
@@ -245,7 +249,8 @@ std::vector<Parameter*> Conv2d::parameters() {
 }
 
 void Conv2d::parameters_changed() {
-  winograd_->clear();
+  winograd_small_->clear();
+  winograd_large_->clear();
   winograd_transposed_->clear();
 }
 

@@ -75,6 +75,7 @@ class Conv2d : public Layer {
   enum class Algorithm { winograd, rgb, im2col };
   Algorithm algorithm() const;
   const float* bias_data() const { return options_.bias ? bias_.value.data() : nullptr; }
+  const WinogradWeights& winograd_weights(Shape out, Mode mode);
   void forward_im2col(const Tensor& x, const float* bias, bool relu, Tensor& y);
   void add_parameter_gradients(const Tensor& x, const Tensor& dy);
   void weight_gradient_im2col(const Tensor& x, const Tensor& dy, float* gradient);
@@ -85,7 +86,8 @@ class Conv2d : public Layer {
   Parameter weight_;
   Parameter bias_;
   // Transformed weights for forward and for the gradient of x, made when first needed.
-  std::unique_ptr<WinogradWeights> winograd_;
+  std::unique_ptr<WinogradWeights> winograd_small_;  // 4x4
+  std::unique_ptr<WinogradWeights> winograd_large_;  // 8x8
   std::unique_ptr<WinogradWeights> winograd_transposed_;
 };
 
