@@ -42,11 +42,12 @@ namespace HWY_NAMESPACE {
 
 /// What an output tile needs to know besides the values.
 struct OutputTile {
-  float* y;            // its first pixel
-  const float* mask;   // likewise, or null
-  std::ptrdiff_t row;  // floats from row to row
-  int pixel;           // floats from pixel to pixel
-  int rows, columns;   // that lie inside, in pixels of y
+  float* y;             // its first pixel
+  const float* mask;    // likewise, or null
+  std::ptrdiff_t row;   // floats from row to row
+  int pixel;            // floats from pixel to pixel
+  std::ptrdiff_t next;  // floats to where the next vector goes
+  int rows, columns;    // that lie inside, in pixels of y
 };
 
 HWY_INLINE void StorePixel(const OutputTile& tile, int i, int j, int channels, FloatVec value) {
@@ -55,6 +56,7 @@ HWY_INLINE void StorePixel(const OutputTile& tile, int i, int j, int channels, F
     const FloatVec mask = LoadSome(tile.mask + at, channels);
     value = hn::IfThenElseZero(hn::Gt(mask, hn::Zero(FloatTag())), value);
   }
+  hwy::Prefetch(tile.y + at + tile.next);
   StoreSome(value, tile.y + at, channels);
 }
 
@@ -120,6 +122,7 @@ HWY_NOINLINE void TransformOutputTile(const WinogradTask& task, std::int64_t ind
                                      ? std::ptrdiff_t{slots} * kLanes
                                      : m + (std::ptrdiff_t{slot} + 1) * kLanes - from;
     tile.y = y + channel;
+    tile.next = channel + kLanes < shape.c ? kLanes : kWidth / shrink * shape.c - channel;
     tile.mask = mask == nullptr ? nullptr : mask + channel;
     if (epilogue.max_pool) {
       TransformOutput<kHeight, kWidth, true>(from, step, ahead, bias, epilogue.relu, count, tile);

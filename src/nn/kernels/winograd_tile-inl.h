@@ -45,11 +45,12 @@ HWY_NOINLINE void TransformInputTile(const ImageRows& image, const WinogradTiles
   const WinogradTiles::Place place = tiles.place(tile);
   InputTile<kHeight> input;
   input.pixel = channels;
-  const WinogradTiles::Place next = tiles.place(tile + 1);
-  input.ahead = ((std::ptrdiff_t{next.image - place.image} * tiles.height + next.top - place.top) *
-                     tiles.width +
-                 next.left - place.left) *
-                channels;
+  const WinogradTiles::Place following = tiles.place(tile + 1);
+  input.ahead =
+      ((std::ptrdiff_t{following.image - place.image} * tiles.height + following.top - place.top) *
+           tiles.width +
+       following.left - place.left) *
+      channels;
   input.begin = std::max(0, 1 - place.left);
   input.end = std::min(kWidth + 2, tiles.width + 1 - place.left);
   for (int i = 0; i < kHeight + 2; ++i) {
@@ -64,7 +65,9 @@ HWY_NOINLINE void TransformInputTile(const ImageRows& image, const WinogradTiles
   const std::ptrdiff_t chunk_step = static_cast<std::ptrdiff_t>(slots) * kLanes;
   int channel = 0;
   for (; channel + kLanes <= channels; channel += kLanes, to += chunk_step) {
-    TransformInput<kHeight, kWidth>(input, to, step);
+    const bool more = channel + kLanes < channels;
+    const std::ptrdiff_t next = more ? chunk_step : v + (std::ptrdiff_t{slot} + 1) * kLanes - to;
+    TransformInput<kHeight, kWidth>(input, to, step, next);
     for (const float*& row : input.rows) row += kLanes;
   }
   if (channel == channels) return;
@@ -82,7 +85,7 @@ HWY_NOINLINE void TransformInputTile(const ImageRows& image, const WinogradTiles
   input.ahead = 0;
   input.begin = 0;
   input.end = kWidth + 2;
-  TransformInput<kHeight, kWidth>(input, to, step);
+  TransformInput<kHeight, kWidth>(input, to, step, 0);
 }
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)

@@ -92,9 +92,11 @@ struct InputTile {
   int end;
 };
 
-/// B^T x B of one vector of channels; position p goes to to[p * step].
+/// B^T x B of one vector of channels; position p goes to to[p * step], and where the next vector
+/// will go, `next` floats further, is asked for, so that its stores need not wait.
 template <int kHeight, int kWidth>
-HWY_INLINE void TransformInput(const InputTile<kHeight>& tile, float* to, std::ptrdiff_t step) {
+HWY_INLINE void TransformInput(const InputTile<kHeight>& tile, float* to, std::ptrdiff_t step,
+                               std::ptrdiff_t next) {
   const FloatTag d;
   alignas(64) float lines[kHeight + 2][kWidth + 2][kLanes];
   for (int j = 0; j < kWidth + 2; ++j) {
@@ -122,7 +124,10 @@ HWY_INLINE void TransformInput(const InputTile<kHeight>& tile, float* to, std::p
     for (int j = 0; j < kWidth + 2; ++j) x[j] = hn::Load(d, lines[i][j]);
     TransformLine<kWidth>(x, v);
 #pragma GCC unroll 10
-    for (int j = 0; j < kWidth + 2; ++j) hn::Store(v[j], d, to + j * step);
+    for (int j = 0; j < kWidth + 2; ++j) {
+      hwy::Prefetch(to + j * step + next);
+      hn::Store(v[j], d, to + j * step);
+    }
   }
 }
 
