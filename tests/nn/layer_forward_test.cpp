@@ -2,6 +2,7 @@
 // Every layer against its definition in double, on random shapes, for every instruction set.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <omp.h>
 
 #include <algorithm>
 #include <cmath>
@@ -102,6 +103,25 @@ TEST_P(LayerForward, Conv2dOfTheNetworkEqualsSevenLoops) {
     conv.forward(x, y, Mode::training);
     EXPECT_LT(relative_error(y, expected), kSmallTiles) << in.str();
   }
+}
+
+TEST_P(LayerForward, Conv2dDoesNotDependOnThreadsOrBatch) {
+  Random random(8);
+  Conv2d conv({.in_channels = 112, .out_channels = 130});  // threads share blocks of tiles
+  conv.reset_parameters(random);
+  const Tensor x = random_tensor({3, 16, 21, 112}, random);
+  const int threads = omp_get_max_threads();
+  Tensor results[3];
+  for (int count = 1; count <= 3; ++count) {
+    omp_set_num_threads(count);
+    conv.forward(x, results[count - 1], Mode::inference);
+  }
+  Tensor alone;
+  conv.forward(x.images(2, 1), alone, Mode::inference);
+  omp_set_num_threads(threads);
+  EXPECT_TRUE(std::ranges::equal(results[1].values(), results[0].values()));
+  EXPECT_TRUE(std::ranges::equal(results[2].values(), results[0].values()));
+  EXPECT_TRUE(std::equal(alone.values().begin(), alone.values().end(), results[0].image(2)));
 }
 
 TEST_P(LayerForward, LinearEqualsItsDefinition) {
