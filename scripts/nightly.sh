@@ -99,13 +99,15 @@ COMPARE
 }
 
 # Cross-compiles nn and track with their tests against Debian's arm64 packages, unpacked and not
-# installed, and runs the tests under qemu.
+# installed, and runs the tests under qemu. The lists of arm64 are kept apart from the machine's.
 arm() {
-  local root=build-arm/sysroot
-  mkdir -p $root build-arm/packages
-  (cd build-arm/packages &&
-    apt-get download -qq libhwy1:arm64 libhwy-dev:arm64 libgtest-dev:arm64 libgmock-dev:arm64 \
-      googletest libgomp1:arm64)
+  local root=build-arm/sysroot apt=build-arm/apt
+  mkdir -p $root build-arm/packages $apt/lists/partial $apt/archives/partial
+  local options=(-qq -o Dir::State::lists="$PWD/$apt/lists" -o Dir::Cache="$PWD/$apt"
+    -o Dir::State::status=/dev/null -o APT::Architecture=arm64 -o APT::Architectures::=arm64)
+  apt-get "${options[@]}" update
+  (cd build-arm/packages && apt-get "${options[@]}" download libhwy1 libhwy-dev libgtest-dev \
+    libgmock-dev googletest libgomp1)
   for package in build-arm/packages/*.deb; do dpkg-deb -x "$package" $root; done
   cp -r /usr/include/eigen3 /usr/include/nlohmann $root/usr/include/
   cmake -S . -B build-arm -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_SYSTEM_NAME=Linux \
