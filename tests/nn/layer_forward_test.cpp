@@ -107,7 +107,7 @@ TEST_P(LayerForward, Conv2dOfTheNetworkEqualsSevenLoops) {
 
 TEST_P(LayerForward, Conv2dDoesNotDependOnThreadsOrBatch) {
   Random random(8);
-  Conv2d conv({.in_channels = 112, .out_channels = 130});  // threads share blocks of tiles
+  Conv2d conv({.in_channels = 112, .out_channels = 130});
   conv.reset_parameters(random);
   const Tensor x = random_tensor({3, 16, 21, 112}, random);
   const int threads = omp_get_max_threads();
@@ -116,7 +116,7 @@ TEST_P(LayerForward, Conv2dDoesNotDependOnThreadsOrBatch) {
     omp_set_num_threads(count);
     conv.forward(x, results[count - 1], Mode::inference);
   }
-  Tensor alone;
+  Tensor alone;  // so few tiles that the threads share them
   conv.forward(x.images(2, 1), alone, Mode::inference);
   omp_set_num_threads(threads);
   EXPECT_TRUE(std::ranges::equal(results[1].values(), results[0].values()));

@@ -23,7 +23,7 @@ class RgbRows;
 /// them.
 class WinogradWeights {
  public:
-  /// From weights [out,3,3,in], for tiles of 4 or 8 rows and columns.
+  /// From weights [out,3,3,in], for tiles of 4x4 or 8x8.
   void set(const Tensor& weight, WinogradTileSize tile);
   /// For the gradient with respect to the input: weights turned by 180 degrees, in and out swapped;
   /// tiles of 4x4.

@@ -273,8 +273,8 @@ Shape result_shape(Shape in, const WinogradWeights& weights, const WinogradEpilo
   return {in.n, in.h / shrink, in.w / shrink, weights.out_channels()};
 }
 
-/// The three steps for tiles [first, first + slots), each by all threads, so that one of them reads
-/// the weights of a position.
+/// The three steps for tiles [first, first + slots), each by all threads, which share out the
+/// positions: every product has all tiles, and the weights of a position are read once.
 void convolve_shared(const WinogradTask& task, std::int64_t first, int slots) {
   const auto step = static_cast<std::size_t>(HWY_DYNAMIC_DISPATCH(BlockStep)(task, slots));
   const int positions = task.tiles.size.positions();
@@ -306,7 +306,8 @@ void winograd_convolution(const Tensor& x, const WinogradWeights& weights,
   const WinogradTask task{&x,       nullptr, weights,
                           epilogue, y,       WinogradTiles(x.shape(), weights.tile())};
   // A block's transformed tiles should stay in the level-2 cache; where the weights do not, more
-  // tiles have to share one pass over them, and all threads a block.
+  // tiles have to share one pass over them. Every thread gets as many blocks, unless the tiles are
+  // too few for that: then all threads share a block, at the price of waiting for each other.
   constexpr std::size_t kLargeWeights = 1 << 20;  // values
   const bool large = weights.size() > kLargeWeights;
   const std::int64_t most_values = large ? 1 << 21 : 1 << 17;
@@ -314,7 +315,8 @@ void winograd_convolution(const Tensor& x, const WinogradWeights& weights,
                                    std::max(weights.in_channels(), weights.out_channels());
   const std::int64_t most_slots = std::max<std::int64_t>(14, most_values / tile_values);
   const std::int64_t threads = omp_get_max_threads();
-  const bool shared = large && threads > 1;
+  constexpr std::int64_t kFewTiles = 4;  // for a thread
+  const bool shared = large && threads > 1 && task.tiles.count < kFewTiles * threads;
   std::int64_t blocks = (task.tiles.count + most_slots - 1) / most_slots;
   if (!shared) blocks = std::min(task.tiles.count, (blocks + threads - 1) / threads * threads);
 #pragma omp parallel for schedule(dynamic) if (!shared)

@@ -7,7 +7,7 @@
 
 namespace sdmt::nn {
 
-/// Extent of an output tile: 4 or 8 rows and columns.
+/// Extent of an output tile: 4x4 or 8x8.
 struct WinogradTileSize {
   int height = 4;
   int width = 4;
