@@ -63,6 +63,7 @@ class Finder {
     const auto& now = sequence_.similarities.frames[t];
     const int number = static_cast<int>(t) + 1;
     std::vector<int> matched_results;
+    matched_results.reserve(matches.size());
     for (const auto& match : matches) matched_results.push_back(match.result_id);
     std::sort(matched_results.begin(), matched_results.end());
     auto match = matches.begin();  // in the order of gt_ids

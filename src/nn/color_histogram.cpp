@@ -146,16 +146,17 @@ bool color_histogram(const ImageView& image, const PixelRect& rect, std::span<fl
   const Picture small = shrink(image, *region);
   std::fill(out.begin(), out.end(), 0.0F);
   for (int y = 0; y < kHeight; ++y) {
-    const auto bins =
-        out.subspan(static_cast<std::size_t>(y / (kHeight / kStripes) * kStripeBins), kStripeBins);
+    const int first_bin = y / (kHeight / kStripes) * kStripeBins;
+    const auto bins = out.subspan(static_cast<std::size_t>(first_bin), kStripeBins);
     for (int x = kFirstColumn; x < kLastColumn; ++x) {
       const std::uint8_t* rgb = small[static_cast<std::size_t>(y)].data() + x * kChannels;
       const auto [hue, saturation, value] = hsv(rgb[0], rgb[1], rgb[2]);
       const int hue_bin = hue * kHueBins / 180;
       const int saturation_bin = saturation * kSaturationBins / 256;
-      const int value_bin = value * kValueBins / 256;
-      bins[static_cast<std::size_t>(hue_bin * kSaturationBins + saturation_bin)] += 1.0F;
-      bins[static_cast<std::size_t>(kHueBins * kSaturationBins + value_bin)] += 1.0F;
+      const int color_bin = hue_bin * kSaturationBins + saturation_bin;
+      const int value_bin = kHueBins * kSaturationBins + value * kValueBins / 256;
+      bins[static_cast<std::size_t>(color_bin)] += 1.0F;
+      bins[static_cast<std::size_t>(value_bin)] += 1.0F;
     }
   }
   constexpr float kCounts = 2.0F * kHeight * (kLastColumn - kFirstColumn);

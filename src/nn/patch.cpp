@@ -56,6 +56,7 @@ bool extract_patch(const ImageView& image, const PixelRect& rect,
   if (!region) return false;
 
   std::vector<BilinearTap> columns;
+  columns.reserve(static_cast<std::size_t>(preprocessing.width));
   for (int x = 0; x < preprocessing.width; ++x) {
     columns.push_back(half_pixel_tap(x, region->width(), preprocessing.width));
   }

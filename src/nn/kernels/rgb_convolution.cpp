@@ -185,7 +185,8 @@ void rgb_weight_gradient(const Tensor& x, const Tensor& dy, float* weight_gradie
   }
   for (int o = 0; o < shape.c; ++o) {
     const auto value = [&](int row) {
-      return static_cast<float>(total[static_cast<std::size_t>(row * shape.c + o)]);
+      const int index = row * shape.c + o;
+      return static_cast<float>(total[static_cast<std::size_t>(index)]);
     };
     for (int tap = 0; tap < kTaps; ++tap) weight_gradient[o * kTaps + tap] += value(tap);
     if (bias_gradient != nullptr) bias_gradient[o] += value(kTaps);
