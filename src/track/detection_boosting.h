@@ -18,8 +18,8 @@ namespace sdmt::track {
 /// Detection boosting (section III-F): looks for people whom the detector missed. Around the
 /// prediction of each positive tracklet without a detection, boosted less than every boost_interval
 /// frames, boxes are sampled densely: boost_grid x boost_grid shifts of up to boost_reach widths
-/// and heights, three sizes each, clipped to the image. All of them are embedded in one batch, or
-/// with boost_one_pass those inside the image by AppearanceModel::embed_shifted(), size by size.
+/// and heights, in one size or three, clipped to the image. All of them are embedded in one batch,
+/// or with boost_one_pass those inside the image by AppearanceModel::embed_shifted(), size by size.
 /// The one closest in appearance joins the detections when its affinity is above tau_a.
 class DetectionBoosting {
  public:

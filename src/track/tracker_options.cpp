@@ -55,6 +55,7 @@ TrackerOptions TrackerOptions::paper() {
   options.min_mean_confidence = 0.2;
   options.motion_association = false;
   options.association_reach = 0;
+  options.boost_scale_step = 0.1;
   options.boost_one_pass = false;
   options.max_fill = options.max_misses + options.association_horizon;
   options.report = ReportBox::filtered;

@@ -16,6 +16,7 @@ class Boosting : public ::testing::Test {
  protected:
   Boosting() {
     options_.boost_one_pass = false;
+    options_.boost_scale_step = 0.1;
     appearance_.people = {{{100, 100, 40, 90}, 3}};
   }
 

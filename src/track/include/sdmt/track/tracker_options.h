@@ -93,11 +93,11 @@ struct TrackerOptions {
 
   // Detection boosting (section III-F).
   bool boosting = false;
-  int boost_grid = 7;             ///< positions along x and along y; odd, 1..31
-  double boost_reach = 0.3;       ///< largest shift in box widths and heights; 0..2
-  double boost_scale_step = 0.1;  ///< sizes 1 - step, 1, 1 + step; 0..0.9, 0 keeps the size
-  int boost_interval = 2;         ///< a tracklet is boosted at most once in this many frames; >= 1
-  double boost_nms = 0.5;         ///< boosted boxes that overlap others by more (IoU) are dropped
+  int boost_grid = 7;           ///< positions along x and along y; odd, 1..31
+  double boost_reach = 0.3;     ///< largest shift in box widths and heights; 0..2
+  double boost_scale_step = 0;  ///< sizes 1 - step, 1, 1 + step; 0..0.9, 0: the predicted one
+  int boost_interval = 2;       ///< a tracklet is boosted at most once in this many frames; >= 1
+  double boost_nms = 0.5;       ///< boosted boxes that overlap others by more (IoU) are dropped
   /// The network looks once at the surroundings of a prediction, and the samples, moved to its grid
   /// (see BoxShift), are read out of what it saw; boost_interval then counts searches, found or
   /// not. Off, as in the paper: every sample is a crop of its own, and boost_interval counts
