@@ -13,8 +13,9 @@ void require_same_configuration(const std::string& file, const Configuration& st
     const auto found = stored.find(key);
     const std::string was = found == stored.end() ? "nothing" : found->second;
     if (was == value) continue;
-    throw std::invalid_argument(file + ": made with " + key + " = " + was + ", this run has " +
-                                value);
+    std::string message = file;
+    message.append(": made with ").append(key).append(" = ").append(was);
+    throw std::invalid_argument(message.append(", this run has ").append(value));
   }
 }
 

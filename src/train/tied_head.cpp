@@ -99,7 +99,8 @@ void store_tied_head(nn::Sequential& tied, BlockGrid grid, nn::EmbeddingNetwork&
   copy_equal_tensors(tied, network.head());
   const nn::Tensor& weights = fc1_weight(tied);
   nn::Tensor& full = fc1_weight(network.head());
-  const auto positions = static_cast<float>(map.h / grid.rows * (map.w / grid.columns));
+  const int block_size = map.h / grid.rows * (map.w / grid.columns);
+  const auto positions = static_cast<float>(block_size);
   for_each_weight(map, grid, weights.shape().n, [&](std::size_t i, std::size_t t) {
     full.data()[i] = weights.data()[t] / positions;
   });

@@ -155,6 +155,7 @@ struct Trainer::Run {
         }
       } else {
         std::vector<View> views;
+        views.reserve(static_cast<std::size_t>(size));
         for (int i = 0; i < size; ++i) views.push_back({first + i, 0});
         make_view_patches(images, views, options.augmentation, options.seed,
                           model.metadata.preprocessing, features);
