@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <exception>
 #include <oneapi/dnnl/dnnl.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -107,11 +109,7 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  const int batch = argc > 1 ? std::atoi(argv[1]) : 8;
-  const int rounds = argc > 2 ? std::atoi(argv[2]) : 15;
+void compare(int batch, int rounds) {
   double total[2] = {};
   std::printf("batch %d\n%-9s%15s%15s%8s%12s\n", batch, "", "sdmt float32", "oneDNN int8", "ratio",
               "int8 error");
@@ -142,8 +140,19 @@ int main(int argc, char** argv) {
     total[1] += theirs;
     std::printf("%-9s%12.2f ms%12.2f ms%8.2f%12.4f  %s\n", layer.name, ours, theirs, ours / theirs,
                 error, int8.implementation().c_str());
-    if (!(error < 0.01)) return 1;  // not the same layer
+    if (!(error < 0.01)) throw std::runtime_error("these are not the same layer");
   }
   std::printf("%-9s%12.2f ms%12.2f ms%8.2f\n", "all", total[0], total[1], total[0] / total[1]);
-  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    compare(argc > 1 ? std::atoi(argv[1]) : 8, argc > 2 ? std::atoi(argv[2]) : 15);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "int8_layers: %s\n", error.what());
+    return 1;
+  }
 }
