@@ -50,6 +50,7 @@ void run(const EmbedOptions& options) {
     const auto piece = std::span(paths).subspan(first, std::min(kAtOnce, paths.size() - first));
     const std::vector<train::Image> images = read_all(piece);
     std::vector<nn::Crop> crops;
+    crops.reserve(images.size());
     for (const train::Image& image : images) {
       crops.push_back({image.view(), {0, 0, 1.0 * image.width, 1.0 * image.height}});
     }
