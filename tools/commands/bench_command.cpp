@@ -150,7 +150,7 @@ void run(const BenchOptions& options) {
 void add_bench_command(CLI::App& app) {
   auto options = std::make_shared<BenchOptions>();
   CLI::App* command = app.add_subcommand("bench", "Measure the network on this machine");
-  command->add_option("--model", options->model, "Model file [random weights, equally fast]")
+  command->add_option("--model", options->model, "Model file [random weights: fc1 stays float32]")
       ->type_name("FILE");
   command->add_option("--batch", options->batches, "Patches at once, a list")
       ->delimiter(',')
