@@ -116,7 +116,7 @@ TEST_P(LayerForward, Conv2dDoesNotDependOnThreadsOrBatch) {
     omp_set_num_threads(count);
     conv.forward(x, results[count - 1], Mode::inference);
   }
-  Tensor alone;  // so few tiles that the threads share them
+  Tensor alone;  // so few tiles that the threads share the channels
   conv.forward(x.images(2, 1), alone, Mode::inference);
   omp_set_num_threads(threads);
   EXPECT_TRUE(std::ranges::equal(results[1].values(), results[0].values()));

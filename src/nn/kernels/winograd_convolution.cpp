@@ -26,12 +26,13 @@ struct WinogradTask {
   Tensor& y;
   WinogradTiles tiles;
 };
-/// Tiles that go through the three steps together.
+/// What goes through the three steps together: some tiles, and all their output channels or one of
+/// several shares of them.
 struct WinogradBlock {
   std::int64_t first = 0;
   int slots = 0;
-  float* v = nullptr;  // transformed input
-  float* m = nullptr;  // products
+  int share = 0;
+  int shares = 1;
 };
 #endif
 }  // namespace sdmt::nn
@@ -92,9 +93,23 @@ HWY_INLINE void TransformOutput(const float* m, std::ptrdiff_t step, std::ptrdif
   }
 }
 
+/// Output channels [begin, end); begin at a panel of columns of the weights.
+struct ChannelRange {
+  int begin, end;
+  int panels() const { return (end - begin + kColumns - 1) / kColumns; }
+};
+
+ChannelRange ChannelsOf(const WinogradTask& task, const WinogradBlock& block) {
+  const int out = task.weights.out_channels();
+  const int panels = ChannelRange{0, out}.panels();
+  return {panels * block.share / block.shares * kColumns,
+          std::min(out, panels * (block.share + 1) / block.shares * kColumns)};
+}
+
 template <int kHeight, int kWidth>
-HWY_NOINLINE void TransformOutputTile(const WinogradTask& task, std::int64_t index, int slots,
-                                      int slot, const float* m, std::ptrdiff_t step) {
+HWY_NOINLINE void TransformOutputTile(const WinogradTask& task, std::int64_t index,
+                                      const ChannelRange& range, int slots, int slot,
+                                      const float* m, std::ptrdiff_t step) {
   const FloatTag d;
   const WinogradEpilogue& epilogue = task.epilogue;
   const WinogradTiles::Place place = task.tiles.place(index);
@@ -111,18 +126,18 @@ HWY_NOINLINE void TransformOutputTile(const WinogradTask& task, std::int64_t ind
   float* const y = task.y.image(place.image) + corner;
   const float* const mask =
       epilogue.mask == nullptr ? nullptr : epilogue.mask->image(place.image) + corner;
-  for (int channel = 0; channel < shape.c; channel += kLanes) {
-    const int count = std::min(kLanes, shape.c - channel);
+  for (int channel = range.begin; channel < range.end; channel += kLanes) {
+    const int count = std::min(kLanes, range.end - channel);
     const FloatVec bias =
         epilogue.bias == nullptr ? hn::Zero(d) : LoadSome(epilogue.bias + channel, count);
     const float* const from =
-        m + static_cast<std::ptrdiff_t>(channel / kLanes * slots + slot) * kLanes;
+        m + static_cast<std::ptrdiff_t>((channel - range.begin) / kLanes * slots + slot) * kLanes;
     // The next channels, then the next tile.
-    const std::ptrdiff_t ahead = channel + kLanes < shape.c
-                                     ? std::ptrdiff_t{slots} * kLanes
-                                     : m + (std::ptrdiff_t{slot} + 1) * kLanes - from;
+    const bool more = channel + kLanes < range.end;
+    const std::ptrdiff_t ahead =
+        more ? std::ptrdiff_t{slots} * kLanes : m + (std::ptrdiff_t{slot} + 1) * kLanes - from;
     tile.y = y + channel;
-    tile.next = channel + kLanes < shape.c ? kLanes : kWidth / shrink * shape.c - channel;
+    tile.next = more ? kLanes : kWidth / shrink * shape.c + range.begin - channel;
     tile.mask = mask == nullptr ? nullptr : mask + channel;
     if (epilogue.max_pool) {
       TransformOutput<kHeight, kWidth, true>(from, step, ahead, bias, epilogue.relu, count, tile);
@@ -130,15 +145,6 @@ HWY_NOINLINE void TransformOutputTile(const WinogradTask& task, std::int64_t ind
       TransformOutput<kHeight, kWidth, false>(from, step, ahead, bias, epilogue.relu, count, tile);
     }
   }
-}
-
-HWY_INLINE int PanelsOf(const WinogradTask& task) {
-  return (task.weights.out_channels() + kColumns - 1) / kColumns;
-}
-
-/// Floats from position to position, in v and in m.
-std::ptrdiff_t BlockStep(const WinogradTask& task, int slots) {
-  return PositionStep(std::max(VectorsOf(task.weights.in_channels()), 2 * PanelsOf(task)), slots);
 }
 
 /// The rows of the input that a block within one image needs, made here.
@@ -157,89 +163,74 @@ ImageRows MakeRows(const WinogradTask& task, const WinogradBlock& block) {
 }
 
 template <int kHeight, int kWidth>
-void TransformInputs(const WinogradTask& task, const WinogradBlock& block, int begin, int end) {
-  const std::ptrdiff_t step = BlockStep(task, block.slots);
+void TransformInputs(const WinogradTask& task, const WinogradBlock& block, float* v,
+                     std::ptrdiff_t step) {
   const std::size_t row =
       (kWidth + 2) * (static_cast<std::size_t>(task.weights.in_channels()) + kLanes);
   float* const zeros = thread_scratch(ScratchUse::columns, row);
   std::fill_n(zeros, row, 0.0F);
   ImageRows image{nullptr, 0, task.weights.in_channels()};
   if (task.made_of != nullptr) image = MakeRows(task, block);
-  for (int slot = begin; slot < end; ++slot) {
+  for (int slot = 0; slot < block.slots; ++slot) {
     const std::int64_t tile = block.first + slot;
     if (task.x != nullptr) image.data = task.x->image(task.tiles.place(tile).image);
-    TransformInputTile<kHeight, kWidth>(image, task.tiles, tile, block.slots, slot, zeros, block.v,
-                                        step);
+    TransformInputTile<kHeight, kWidth>(image, task.tiles, tile, block.slots, slot, zeros, v, step);
   }
 }
 
-template <int kHeight, int kWidth>
-void TransformOutputs(const WinogradTask& task, const WinogradBlock& block, int begin, int end) {
-  const std::ptrdiff_t step = BlockStep(task, block.slots);
-  for (int slot = begin; slot < end; ++slot) {
-    TransformOutputTile<kHeight, kWidth>(task, block.first + slot, block.slots, slot, block.m,
-                                         step);
-  }
-}
-
-/// Takes tiles [begin, end) of the block to the transformed domain.
-void TransformBlockInputs(const WinogradTask& task, const WinogradBlock& block, int begin,
-                          int end) {
-  if (task.tiles.size == WinogradTileSize{8, 8}) {
-    TransformInputs<8, 8>(task, block, begin, end);
-  } else {
-    TransformInputs<4, 4>(task, block, begin, end);
-  }
-}
-
-void TransformBlockOutputs(const WinogradTask& task, const WinogradBlock& block, int begin,
-                           int end) {
-  if (task.tiles.size == WinogradTileSize{8, 8}) {
-    TransformOutputs<8, 8>(task, block, begin, end);
-  } else {
-    TransformOutputs<4, 4>(task, block, begin, end);
-  }
-}
-
-/// The products of all tiles of the block at one position.
-void MultiplyPosition(const WinogradTask& task, const WinogradBlock& block, int position) {
+/// The products of all tiles of the block at one position: v and m are that position's.
+void MultiplyPosition(const WinogradTask& task, const ChannelRange& range, int slots, int position,
+                      const float* v, float* m) {
   const int in = task.weights.in_channels();
-  const int slots = block.slots;
-  const int panels = PanelsOf(task);
+  const int panels = ChannelRange{0, task.weights.out_channels()}.panels();
   const int panel_rows = EvenRows(slots);
-  const std::ptrdiff_t step = BlockStep(task, slots);
   const std::ptrdiff_t panel_size = static_cast<std::ptrdiff_t>(in) * kColumns;
-  const float* b = task.weights.data() + position * panels * panel_size;
-  for (int panel = 0; panel < panels; ++panel, b += panel_size) {
+  const float* b = task.weights.data() +
+                   (std::ptrdiff_t{position} * panels + range.begin / kColumns) * panel_size;
+  for (int panel = 0; panel < range.panels(); ++panel, b += panel_size) {
     for (int row = 0; row < slots; row += panel_rows) {
-      RunMicroTile(
-          std::min(panel_rows, slots - row),
-          MicroTile{.a = block.v + position * step + static_cast<std::ptrdiff_t>(row) * kLanes,
-                    .a_chunk = static_cast<std::ptrdiff_t>(slots) * kLanes,
-                    .b = b,
-                    .b_step = kColumns,
-                    .b_vector = kLanes,
-                    .c = block.m + position * step +
-                         static_cast<std::ptrdiff_t>(2 * panel * slots + row) * kLanes,
-                    .c_row = kLanes,
-                    .c_vector = static_cast<std::ptrdiff_t>(slots) * kLanes,
-                    .k = in});
+      RunMicroTile(std::min(panel_rows, slots - row),
+                   MicroTile{.a = v + static_cast<std::ptrdiff_t>(row) * kLanes,
+                             .a_chunk = static_cast<std::ptrdiff_t>(slots) * kLanes,
+                             .b = b,
+                             .b_step = kColumns,
+                             .b_vector = kLanes,
+                             .c = m + static_cast<std::ptrdiff_t>(2 * panel * slots + row) * kLanes,
+                             .c_row = kLanes,
+                             .c_vector = static_cast<std::ptrdiff_t>(slots) * kLanes,
+                             .k = in});
     }
   }
 }
 
-/// The three steps for tiles [first, first + slots), in one thread.
-void ConvolveTiles(const WinogradTask& task, std::int64_t first, int slots) {
+template <int kHeight, int kWidth>
+void ConvolveTiles(const WinogradTask& task, const WinogradBlock& block) {
+  const ChannelRange range = ChannelsOf(task, block);
+  const int positions = task.tiles.size.positions();
+  const std::ptrdiff_t step = PositionStep(
+      std::max(VectorsOf(task.weights.in_channels()), 2 * range.panels()), block.slots);
   // The products of position p are written over the transformed tiles of position p - 1, which are
   // no longer needed: half the memory, so that more of it stays in the level-2 cache.
-  const std::ptrdiff_t step = BlockStep(task, slots);
-  const int positions = task.tiles.size.positions();
   float* const m =
       thread_scratch(ScratchUse::packed_a, static_cast<std::size_t>((positions + 1) * step));
-  const WinogradBlock block{first, slots, m + step, m};
-  TransformBlockInputs(task, block, 0, slots);
-  for (int p = 0; p < positions; ++p) MultiplyPosition(task, block, p);
-  TransformBlockOutputs(task, block, 0, slots);
+  float* const v = m + step;
+  TransformInputs<kHeight, kWidth>(task, block, v, step);
+  for (int p = 0; p < positions; ++p) {
+    MultiplyPosition(task, range, block.slots, p, v + p * step, m + p * step);
+  }
+  for (int slot = 0; slot < block.slots; ++slot) {
+    TransformOutputTile<kHeight, kWidth>(task, block.first + slot, range, block.slots, slot, m,
+                                         step);
+  }
+}
+
+/// The three steps for a block, in one thread.
+void ConvolveBlock(const WinogradTask& task, const WinogradBlock& block) {
+  if (task.tiles.size == WinogradTileSize{8, 8}) {
+    ConvolveTiles<8, 8>(task, block);
+  } else {
+    ConvolveTiles<4, 4>(task, block);
+  }
 }
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)
@@ -250,11 +241,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace sdmt::nn {
 
-HWY_EXPORT(BlockStep);
-HWY_EXPORT(TransformBlockInputs);
-HWY_EXPORT(MultiplyPosition);
-HWY_EXPORT(TransformBlockOutputs);
-HWY_EXPORT(ConvolveTiles);
+HWY_EXPORT(ConvolveBlock);
 
 WinogradTileSize fastest_winograd_tile(int h, int w) {
   const auto cost = [h, w](int tile) {  // multiplications for a pair of channels
@@ -273,29 +260,37 @@ Shape result_shape(Shape in, const WinogradWeights& weights, const WinogradEpilo
   return {in.n, in.h / shrink, in.w / shrink, weights.out_channels()};
 }
 
-/// The three steps for tiles [first, first + slots), each by all threads, which share out the
-/// positions: every product has all tiles, and the weights of a position are read once.
-void convolve_shared(const WinogradTask& task, std::int64_t first, int slots) {
-  const auto step = static_cast<std::size_t>(HWY_DYNAMIC_DISPATCH(BlockStep)(task, slots));
-  const int positions = task.tiles.size.positions();
-  const std::size_t size = step * static_cast<std::size_t>(positions);
-  const WinogradBlock block{first, slots, thread_scratch(ScratchUse::packed_a, size),
-                            thread_scratch(ScratchUse::packed_b, size)};
-#pragma omp parallel
-  {
-#pragma omp for schedule(dynamic)
-    for (int slot = 0; slot < slots; ++slot) {
-      HWY_DYNAMIC_DISPATCH(TransformBlockInputs)(task, block, slot, slot + 1);
-    }
-#pragma omp for schedule(dynamic)
-    for (int position = 0; position < positions; ++position) {
-      HWY_DYNAMIC_DISPATCH(MultiplyPosition)(task, block, position);
-    }
-#pragma omp for schedule(dynamic)
-    for (int slot = 0; slot < slots; ++slot) {
-      HWY_DYNAMIC_DISPATCH(TransformBlockOutputs)(task, block, slot, slot + 1);
-    }
-  }
+/// How a convolution is shared out: blocks of tiles, for each of them shares of the channels.
+struct Division {
+  std::int64_t blocks;
+  int shares;
+};
+
+Division divide(const WinogradTask& task) {
+  // A block's transformed tiles should stay in the level-2 cache; where the weights do not, more
+  // tiles have to share one pass over them.
+  constexpr std::size_t kLargeWeights = 1 << 20;  // values
+  const WinogradWeights& weights = task.weights;
+  const bool large = weights.size() > kLargeWeights;
+  const std::int64_t most_values = large ? 1 << 21 : 1 << 17;
+  const std::int64_t tile_values = std::int64_t{task.tiles.size.positions()} *
+                                   std::max(weights.in_channels(), weights.out_channels());
+  const std::int64_t most_slots = std::max<std::int64_t>(14, most_values / tile_values);
+
+  // Where each thread would read large weights for a few tiles, it takes a share of the weights
+  // instead, for which some tiles are transformed more than once.
+  constexpr std::int64_t kFewTiles = 12;
+  constexpr int kLeastShare = 32;  // channels
+  const int threads = omp_get_max_threads();
+  const std::int64_t sharers = large ? threads * kFewTiles / task.tiles.count : 1;
+  int shares = static_cast<int>(std::clamp<std::int64_t>(
+      std::min<std::int64_t>(sharers, weights.out_channels() / kLeastShare), 1, threads));
+  while (threads % shares != 0) --shares;
+
+  // Every thread gets as many pieces.
+  const std::int64_t together = threads / shares;
+  const std::int64_t blocks = (task.tiles.count + most_slots - 1) / most_slots;
+  return {std::min(task.tiles.count, (blocks + together - 1) / together * together), shares};
 }
 
 }  // namespace
@@ -305,28 +300,14 @@ void winograd_convolution(const Tensor& x, const WinogradWeights& weights,
   y.resize(result_shape(x.shape(), weights, epilogue));
   const WinogradTask task{&x,       nullptr, weights,
                           epilogue, y,       WinogradTiles(x.shape(), weights.tile())};
-  // A block's transformed tiles should stay in the level-2 cache; where the weights do not, more
-  // tiles have to share one pass over them. Every thread gets as many blocks, unless the tiles are
-  // too few for that: then all threads share a block, at the price of waiting for each other.
-  constexpr std::size_t kLargeWeights = 1 << 20;  // values
-  const bool large = weights.size() > kLargeWeights;
-  const std::int64_t most_values = large ? 1 << 21 : 1 << 17;
-  const std::int64_t tile_values = std::int64_t{task.tiles.size.positions()} *
-                                   std::max(weights.in_channels(), weights.out_channels());
-  const std::int64_t most_slots = std::max<std::int64_t>(14, most_values / tile_values);
-  const std::int64_t threads = omp_get_max_threads();
-  constexpr std::int64_t kFewTiles = 4;  // for a thread
-  const bool shared = large && threads > 1 && task.tiles.count < kFewTiles * threads;
-  std::int64_t blocks = (task.tiles.count + most_slots - 1) / most_slots;
-  if (!shared) blocks = std::min(task.tiles.count, (blocks + threads - 1) / threads * threads);
-#pragma omp parallel for schedule(dynamic) if (!shared)
-  for (std::int64_t block = 0; block < blocks; ++block) {
-    const std::int64_t first = block * task.tiles.count / blocks;
-    const auto slots = static_cast<int>((block + 1) * task.tiles.count / blocks - first);
-    if (shared) {
-      convolve_shared(task, first, slots);
-    } else {
-      HWY_DYNAMIC_DISPATCH(ConvolveTiles)(task, first, slots);
+  const Division division = divide(task);
+#pragma omp parallel for collapse(2) schedule(dynamic)
+  for (std::int64_t block = 0; block < division.blocks; ++block) {
+    for (int share = 0; share < division.shares; ++share) {
+      const std::int64_t first = block * task.tiles.count / division.blocks;
+      const std::int64_t end = (block + 1) * task.tiles.count / division.blocks;
+      HWY_DYNAMIC_DISPATCH(ConvolveBlock)
+      (task, {first, static_cast<int>(end - first), share, division.shares});
     }
   }
 }
@@ -346,8 +327,8 @@ void winograd_convolution(const RgbRows& x, const WinogradWeights& weights,
       const int first = block * rows;
       const int count = std::min(rows, task.tiles.rows - first);
       const std::int64_t tile = std::int64_t{image} * task.tiles.rows + first;
-      HWY_DYNAMIC_DISPATCH(ConvolveTiles)
-      (task, tile * task.tiles.columns, count * task.tiles.columns);
+      HWY_DYNAMIC_DISPATCH(ConvolveBlock)
+      (task, {tile * task.tiles.columns, count * task.tiles.columns});
     }
   }
 }
