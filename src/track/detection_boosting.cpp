@@ -8,13 +8,30 @@
 
 namespace sdmt::track {
 
+namespace {
+
+// Coordinates count the first pixel as 1: it covers [1, 2).
+bool inside(const Tlwh& box, const nn::ImageView& image) {
+  return box.left >= 1 && box.top >= 1 && box.left + box.width <= image.width + 1 &&
+         box.top + box.height <= image.height + 1;
+}
+
+// The part inside the image; without extent when there is none.
+Tlwh clip(const Tlwh& box, const nn::ImageView& image) {
+  const double left = std::max(box.left, 1.0), top = std::max(box.top, 1.0);
+  const double right = std::min(box.left + box.width, image.width + 1.0);
+  const double bottom = std::min(box.top + box.height, image.height + 1.0);
+  return {left, top, std::max(0.0, right - left), std::max(0.0, bottom - top)};
+}
+
+}  // namespace
+
 int DetectionBoosting::boost(int frame, const nn::ImageView& image, AppearanceModel& appearance,
                              const Tracklets& active, std::span<const Match> matches,
                              FrameDetections& detections) {
   searching_.clear();
   candidates_.clear();
   views_.clear();
-  separate_.clear();
   first_candidate_.assign(1, 0);
   matched_.assign(active.size(), 0);
   for (const Match& match : matches) matched_[static_cast<std::size_t>(match.tracklet)] = 1;
@@ -61,37 +78,31 @@ int DetectionBoosting::boost(int frame, const nn::ImageView& image, AppearanceMo
 }
 
 void DetectionBoosting::sample(const Cxcywh& prediction, const nn::ImageView& image) {
+  const int sizes = options_.boost_scale_step > 0 ? 1 : 0;
   const int half = options_.boost_grid / 2;
   const double step = half > 0 ? options_.boost_reach / half : 0;
-  const int sizes = options_.boost_scale_step > 0 ? 1 : 0;
-  // Coordinates count the first pixel as 1: it covers [1, 2).
-  const double right_end = image.width + 1.0, bottom_end = image.height + 1.0;
   for (int size = -sizes; size <= sizes; ++size) {
     const double scale = 1 + size * options_.boost_scale_step;
-    const Tlwh middle = to_tlwh(
-        {prediction.cx, prediction.cy, prediction.width * scale, prediction.height * scale});
-    View view{middle, {}, {}};
+    View view{to_tlwh({prediction.cx, prediction.cy, prediction.width * scale,
+                       prediction.height * scale}),
+              {}};
     for (int y = -half; y <= half; ++y) {
       for (int x = -half; x <= half; ++x) {
-        const BoxShift shift{static_cast<int>(std::lround(x * step / scale * BoxShift::kColumns)),
-                             static_cast<int>(std::lround(y * step / scale * BoxShift::kRows))};
-        const Tlwh box = options_.boost_one_pass ? shift.applied_to(middle)
-                                                 : Tlwh{middle.left + x * step * prediction.width,
-                                                        middle.top + y * step * prediction.height,
-                                                        middle.width, middle.height};
-        const double left = std::max(box.left, 1.0), top = std::max(box.top, 1.0);
-        const double right = std::min(box.left + box.width, right_end);
-        const double bottom = std::min(box.top + box.height, bottom_end);
-        if (right - left <= 0 || bottom - top <= 0) continue;
-        const bool whole = left == box.left && top == box.top && right == box.left + box.width &&
-                           bottom == box.top + box.height;
-        if (options_.boost_one_pass && whole) {
+        const double right = x * step / scale, down = y * step / scale;  // in the view's box
+        if (options_.boost_one_pass) {
+          const BoxShift shift{static_cast<int>(std::lround(right * BoxShift::kColumns)),
+                               static_cast<int>(std::lround(down * BoxShift::kRows))};
+          const Tlwh box = shift.applied_to(view.box);
+          if (!inside(box, image)) continue;
           view.shifts.push_back(shift);
-          view.candidates.push_back(candidates_.size());
+          candidates_.push_back(box);
         } else {
-          separate_.push_back(candidates_.size());
+          const Tlwh box =
+              clip({view.box.left + right * view.box.width, view.box.top + down * view.box.height,
+                    view.box.width, view.box.height},
+                   image);
+          if (area(box) > 0) candidates_.push_back(box);
         }
-        candidates_.push_back({left, top, right - left, bottom - top});
       }
     }
     if (!view.shifts.empty()) views_.push_back(std::move(view));
@@ -99,30 +110,17 @@ void DetectionBoosting::sample(const Cxcywh& prediction, const nn::ImageView& im
 }
 
 void DetectionBoosting::embed(const nn::ImageView& image, AppearanceModel& appearance) {
-  const auto dimension = static_cast<std::size_t>(appearance.dimension());
-  embeddings_.dimension = appearance.dimension();
-  embeddings_.values.resize(candidates_.size() * dimension);
-  embeddings_.valid.resize(candidates_.size());
-  separate_boxes_.clear();
-  for (const std::size_t i : separate_) separate_boxes_.push_back(candidates_[i]);
-  if (!separate_.empty()) {
-    appearance.embed(image, separate_boxes_, part_);
-    keep_rows(separate_);
+  if (!options_.boost_one_pass) {
+    appearance.embed(image, candidates_, embeddings_);
+    return;
   }
+  embeddings_.dimension = appearance.dimension();
+  embeddings_.values.clear();
+  embeddings_.valid.clear();
   for (const View& view : views_) {
     appearance.embed_shifted(image, view.box, view.shifts, part_);
-    keep_rows(view.candidates);
-  }
-}
-
-// Row i of part_ is that of candidates[i].
-void DetectionBoosting::keep_rows(const std::vector<std::size_t>& candidates) {
-  const auto dimension = static_cast<std::size_t>(embeddings_.dimension);
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    embeddings_.valid[candidates[i]] = part_.valid[i];
-    std::copy_n(
-        part_.row(i).begin(), dimension,
-        embeddings_.values.begin() + static_cast<std::ptrdiff_t>(candidates[i] * dimension));
+    embeddings_.values.insert(embeddings_.values.end(), part_.values.begin(), part_.values.end());
+    embeddings_.valid.insert(embeddings_.valid.end(), part_.valid.begin(), part_.valid.end());
   }
 }
 

@@ -18,9 +18,10 @@ namespace sdmt::track {
 /// Detection boosting (section III-F): looks for people whom the detector missed. Around the
 /// prediction of each positive tracklet without a detection, boosted less than every boost_interval
 /// frames, boxes are sampled densely: boost_grid x boost_grid shifts of up to boost_reach widths
-/// and heights, in one size or three, clipped to the image. All of them are embedded in one batch,
-/// or with boost_one_pass those inside the image by AppearanceModel::embed_shifted(), size by size.
-/// The one closest in appearance joins the detections when its affinity is above tau_a.
+/// and heights, in one size or three. They are clipped to the image and all embedded in one batch;
+/// with boost_one_pass those inside the image are embedded by AppearanceModel::embed_shifted(),
+/// size by size, and those that leave it are left out. The one closest in appearance joins the
+/// detections when its affinity is above tau_a.
 class DetectionBoosting {
  public:
   DetectionBoosting(const TrackerOptions& options, double threshold)
@@ -37,16 +38,14 @@ class DetectionBoosting {
   std::size_t candidates() const { return candidates_.size(); }
 
  private:
-  /// Samples of one size that lie in the image.
+  /// Samples of one size, with boost_one_pass.
   struct View {
     Tlwh box;  ///< around the prediction
     std::vector<BoxShift> shifts;
-    std::vector<std::size_t> candidates;  ///< [shifts]
   };
 
   void sample(const Cxcywh& prediction, const nn::ImageView& image);
   void embed(const nn::ImageView& image, AppearanceModel& appearance);
-  void keep_rows(const std::vector<std::size_t>& candidates);
   void suppress(FrameDetections& detections, std::size_t first);
 
   const TrackerOptions& options_;
@@ -55,11 +54,9 @@ class DetectionBoosting {
   std::vector<const Tracklet*> searching_;
   std::vector<std::size_t> first_candidate_;  // [searching + 1]
   std::vector<Tlwh> candidates_;
-  std::vector<View> views_;            // with boost_one_pass
-  std::vector<std::size_t> separate_;  // candidates in no view
-  std::vector<Tlwh> separate_boxes_;
-  Embeddings embeddings_;  // [candidates]
-  Embeddings part_;
+  std::vector<View> views_;         // their samples are the candidates, in order
+  Embeddings embeddings_;           // [candidates]
+  Embeddings part_;                 // of a view
   std::vector<double> affinities_;  // of the boosted boxes
   OverlapFinder overlaps_;
   std::vector<double> ranks_;

@@ -133,16 +133,21 @@ TEST_F(Boosting, InOnePassReadsTheGridSizeBySize) {
   EXPECT_EQ(detections_.feature(0)[3], expected.row(0)[3]);
 }
 
-TEST_F(Boosting, InOnePassBoxesThatLeaveTheImageAreCropsOfTheirOwn) {
+TEST_F(Boosting, InOnePassBoxesThatLeaveTheImageAreLeftOut) {
   options_.boost_one_pass = true;
-  appearance_.people = {{{1, 100, 32.5, 90}, 3}};  // what is left of a box at -6.5
-  add_tracklet({1, 100, 40, 90}, {1, 100, 32.5, 90});
+  options_.boost_scale_step = 0;
+  appearance_.people = {{{6, 100, 40, 90}, 3}};
+  add_tracklet({1, 100, 40, 90}, {6, 100, 40, 90});
   EXPECT_EQ(boost(), 1);
-  EXPECT_EQ(appearance_.passes, 3);
-  EXPECT_EQ(appearance_.calls, 4);
-  EXPECT_EQ(boosting_.candidates(), 7u * 7 * 3);
+  EXPECT_EQ(boosting_.candidates(), 4u * 7);  // none to the left of the prediction
+  EXPECT_EQ(appearance_.passes, 1);
+  EXPECT_EQ(appearance_.calls, 1);
   ASSERT_EQ(detections_.size(), 1u);
-  EXPECT_NEAR(iou(detections_.boxes[0], {1, 100, 32.5, 90}), 1, 1e-9);
+  EXPECT_NEAR(iou(detections_.boxes[0], {6, 100, 40, 90}), 1, 1e-9);  // 2/16 of a width
+  image_ = test::blank(30, 80);                                       // too small for any
+  detections_.clear();
+  EXPECT_EQ(boost(20), 0);
+  EXPECT_EQ(boosting_.candidates(), 0u);
 }
 
 TEST_F(Boosting, InOnePassTheIntervalCountsSearches) {

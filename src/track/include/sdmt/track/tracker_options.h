@@ -99,9 +99,9 @@ struct TrackerOptions {
   int boost_interval = 2;       ///< a tracklet is boosted at most once in this many frames; >= 1
   double boost_nms = 0.5;       ///< boosted boxes that overlap others by more (IoU) are dropped
   /// The network looks once at the surroundings of a prediction, and the samples, moved to its grid
-  /// (see BoxShift), are read out of what it saw; boost_interval then counts searches, found or
-  /// not. Off, as in the paper: every sample is a crop of its own, and boost_interval counts
-  /// boosted boxes.
+  /// (see BoxShift), are read out of what it saw; those that leave the image are left out, and
+  /// boost_interval counts searches, found or not. Off, as in the paper: every sample is a crop of
+  /// its own, clipped to the image, and boost_interval counts boosted boxes.
   bool boost_one_pass = true;
 
   // Tracklet association (section III-G).
