@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "nn/every_target.h"
 #include "sdmt/nn/adam.h"
 #include "sdmt/nn/batch_norm.h"
 #include "sdmt/nn/conv2d.h"
@@ -23,7 +24,7 @@
 namespace sdmt::nn {
 namespace {
 
-class LayerParity : public testing::Test {
+class LayerParity : public EveryTarget {
  protected:
   LayerParity()
       : fixture_(std::filesystem::path(SDMT_TESTS_DIR) / "nn/fixtures/layers.safetensors"),
@@ -95,12 +96,14 @@ class LayerParity : public testing::Test {
   Tensor dy_;
 };
 
-TEST_F(LayerParity, ForwardAgreesInBothModes) {
+SDMT_INSTANTIATE_EVERY_TARGET(LayerParity);
+
+TEST_P(LayerParity, ForwardAgreesInBothModes) {
   expect_near("inference", net_.forward(x_, Mode::inference), 1e-5);
   expect_near("training", net_.forward(x_, Mode::training), 1e-5);
 }
 
-TEST_F(LayerParity, GradientsAgreeByName) {
+TEST_P(LayerParity, GradientsAgreeByName) {
   net_.forward(x_, Mode::training);
   Tensor dx;
   net_.backward(dy_, &dx);
@@ -112,12 +115,12 @@ TEST_F(LayerParity, GradientsAgreeByName) {
   }
 }
 
-TEST_F(LayerParity, SgdStepsAgree) {
+TEST_P(LayerParity, SgdStepsAgree) {
   Sgd sgd(net_.named_parameters(), {.learning_rate = 0.05, .momentum = 0.9, .weight_decay = 0.01});
   expect_same_steps("sgd", sgd);
 }
 
-TEST_F(LayerParity, AdamStepsAgree) {
+TEST_P(LayerParity, AdamStepsAgree) {
   Adam adam(
       net_.named_parameters(),
       {.learning_rate = 0.01, .beta1 = 0.9, .beta2 = 0.99, .eps = 1e-2, .weight_decay = 0.01});

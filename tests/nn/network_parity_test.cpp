@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "nn/every_target.h"
 #include "nn/formula_network.h"
 #include "sdmt/nn/embedder.h"
 #include "sdmt/nn/sequential.h"
@@ -72,22 +73,25 @@ void expect_layer(const Safetensors& fixture, const std::string& name, const Ten
   }
 }
 
-class NetworkParity : public testing::Test {
+class NetworkParity : public EveryTarget {
  protected:
-  // One model for all tests: it passes through a file, so that loading is part of what is compared.
+  // The model passes through a file, so that loading is part of what is compared.
   static void SetUpTestSuite() {
-    const fs::path path =
+    path_ =
         fs::path(testing::TempDir()) / ("formula-" + std::to_string(::getpid()) + ".safetensors");
-    testing_support::write_formula_model(path);
-    model_ = std::make_unique<Model>(load_model(path));
-    fs::remove(path);
-    patches_.resize(model_->network.input_shape(kFormulaCrops));
+    testing_support::write_formula_model(path_);
+  }
+  static void TearDownTestSuite() { fs::remove(path_); }
+
+  void SetUp() override {
+    EveryTarget::SetUp();
+    model_ = load_model(path_);
+    patches_.resize(model_.network.input_shape(kFormulaCrops));
     for (int i = 0; i < kFormulaCrops; ++i) {
       const FormulaCrop crop(i);
       ASSERT_TRUE(extract_patch(crop.view(), crop.rect(), {}, patches_.image(i)));
     }
   }
-  static void TearDownTestSuite() { model_.reset(); }
 
   static void expect_embeddings(const float* ours) {
     const auto theirs = numbers(Safetensors(kFixtures / "network.safetensors"), "embeddings");
@@ -100,12 +104,13 @@ class NetworkParity : public testing::Test {
     RecordProperty("worst_difference", std::to_string(worst));
   }
 
-  static std::unique_ptr<Model> model_;
-  static Tensor patches_;
+  static fs::path path_;
+  Model model_;
+  Tensor patches_;
 };
 
-std::unique_ptr<Model> NetworkParity::model_;
-Tensor NetworkParity::patches_;
+fs::path NetworkParity::path_;
+SDMT_INSTANTIATE_EVERY_TARGET(NetworkParity);
 
 // Any rectangle of a picture is stretched to the very pixels that OpenCV makes of it.
 TEST(PatchParity, PixelsAreThoseOfOpenCv) {
@@ -132,19 +137,19 @@ TEST(PatchParity, PixelsAreThoseOfOpenCv) {
   }
 }
 
-TEST_F(NetworkParity, LayerByLayer) {
+TEST_P(NetworkParity, LayerByLayer) {
   const Safetensors fixture(kFixtures / "network.safetensors");
   expect_layer(fixture, "input", patches_, 1e-6);
   const Tensor* x = &patches_;
   Tensor buffers[2];
   int next = 0;
   int compared = 0;
-  for (Sequential* part : {&model_->network.trunk(), &model_->network.head()}) {
+  for (Sequential* part : {&model_.network.trunk(), &model_.network.head()}) {
     for (int i = 0; i < part->size(); ++i) {
       Tensor& y = buffers[next];
       // The trunk has nothing that training does otherwise, but for the smaller Winograd tiles,
       // whose rounding is less.
-      const bool trunk = part == &model_->network.trunk();
+      const bool trunk = part == &model_.network.trunk();
       part->layer(i).forward(*x, y, trunk ? Mode::training : Mode::inference);
       if (fixture.find(part->name(i) + ".values") != nullptr) {
         expect_layer(fixture, part->name(i), y, 1e-5);
@@ -158,14 +163,14 @@ TEST_F(NetworkParity, LayerByLayer) {
   expect_embeddings(x->data());
 }
 
-TEST_F(NetworkParity, FusedForwardPass) {
-  const Tensor& features = model_->network.trunk().forward(patches_, Mode::inference);
+TEST_P(NetworkParity, FusedForwardPass) {
+  const Tensor& features = model_.network.trunk().forward(patches_, Mode::inference);
   EXPECT_EQ(features.shape(), (Shape{kFormulaCrops, 32, 16, 256}));
   expect_layer(Safetensors(kFixtures / "network.safetensors"), "features", features, 4e-5);
-  expect_embeddings(model_->network.forward(patches_, Mode::inference).data());
+  expect_embeddings(model_.network.forward(patches_, Mode::inference).data());
 }
 
-TEST_F(NetworkParity, Embedder) {
+TEST_P(NetworkParity, Embedder) {
   std::vector<FormulaCrop> pictures;
   std::vector<Crop> crops;
   for (int i = 0; i < kFormulaCrops; ++i) pictures.emplace_back(i);
@@ -173,7 +178,7 @@ TEST_F(NetworkParity, Embedder) {
   // One that shows nothing, in the middle: its neighbours must keep their rows.
   crops.insert(crops.begin() + 5, Crop{pictures[0].view(), {-100, 0, 50, 50}});
   EmbeddingRows rows;
-  Embedder embedder(std::move(*model_), {.max_batch = 7});
+  Embedder embedder(std::move(model_), {.max_batch = 7});
   embedder.embed(crops, rows);
   ASSERT_EQ(rows.valid.size(), crops.size());
   EXPECT_EQ(rows.valid[5], 0);
@@ -198,7 +203,10 @@ TEST_F(NetworkParity, Embedder) {
   EXPECT_TRUE(alone.values.empty());
 }
 
-TEST(TrunkParity, RealVgg16Features) {
+using TrunkParity = EveryTarget;
+SDMT_INSTANTIATE_EVERY_TARGET(TrunkParity);
+
+TEST_P(TrunkParity, RealVgg16Features) {
   const fs::path file = fs::path(SDMT_DATA_DIR) / "vgg16/vgg16-conv1_1-conv3_3.safetensors";
   if (!fs::exists(file)) GTEST_SKIP() << file << " is not there";
   EmbeddingNetwork network;

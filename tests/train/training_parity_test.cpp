@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "nn/every_target.h"
 #include "nn/formula_network.h"
 #include "sdmt/nn/batch_norm.h"
 #include "sdmt/nn/sequential.h"
@@ -63,19 +64,27 @@ void expect_gradient(const nn::Safetensors& fixture,
     EXPECT_LT(norm, 1e-5);
     return;
   }
-  EXPECT_NEAR(norm, expected, 5e-4 * expected) << tensor.name;
   const auto positions = fixture.read_integers(tensor.name + ".positions");
   const auto values = floats(fixture, tensor.name + ".gradient");
-  const double typical = expected / std::sqrt(static_cast<double>(gradient.size()));
-  // Rounding flips single ReLUs and poolings near ties, which moves values by this much.
+  double sum = 0;
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    EXPECT_NEAR(gradient[in_memory(tensor, positions[i])], values[i],
-                5e-3 * typical + 1e-3 * std::abs(values[i]))
-        << tensor.name << " at " << positions[i];
+    const double difference = gradient[in_memory(tensor, positions[i])] - values[i];
+    sum += difference * difference;
   }
+  const double difference = std::sqrt(sum / static_cast<double>(positions.size()));
+  const double typical = expected / std::sqrt(static_cast<double>(gradient.size()));
+  // Below the ReLUs of the trunk rounding decides on which side of zero some values fall, and each
+  // takes its gradient with it: 4e-4 with fused multiply-add, up to 1.4e-2 without, where one value
+  // of conv3_3 falls on the other side than PyTorch's. The head has no such ties.
+  const bool head = tensor.name.starts_with("head.");
+  EXPECT_LT(difference, (head ? 2e-4 : 2e-2) * typical) << tensor.name;
+  EXPECT_NEAR(norm, expected, (head ? 5e-5 : 1e-3) * expected) << tensor.name;
 }
 
-TEST(TrainingParity, LossGradientsAndTenSteps) {
+using TrainingParity = nn::EveryTarget;
+SDMT_INSTANTIATE_EVERY_TARGET(TrainingParity);
+
+TEST_P(TrainingParity, LossGradientsAndTenSteps) {
   const nn::Safetensors fixture(fs::path(SDMT_TESTS_DIR) / "train/fixtures/training.safetensors");
   nn::Model model = formula_model();
   nn::EmbeddingNetwork& network = model.network;

@@ -44,7 +44,9 @@ class WinogradWeights {
   Tensor values_;  // [position][panel of columns][in][column]
 };
 
-/// The tile with which an image of h rows and w columns takes the fewest multiplications.
+/// The tile with which an image of h rows and w columns takes the fewest multiplications. 4x4 on
+/// instruction sets that round between multiplication and addition: 8x8 would double its error
+/// there.
 WinogradTileSize fastest_winograd_tile(int h, int w);
 
 /// What happens to the result before it is stored.

@@ -233,6 +233,8 @@ void ConvolveBlock(const WinogradTask& task, const WinogradBlock& block) {
   }
 }
 
+bool FusesMultiplyAndAdd() { return HWY_NATIVE_FMA != 0; }
+
 // NOLINTNEXTLINE(google-readability-namespace-comments)
 }  // namespace HWY_NAMESPACE
 }  // namespace sdmt::nn
@@ -242,8 +244,10 @@ HWY_AFTER_NAMESPACE();
 namespace sdmt::nn {
 
 HWY_EXPORT(ConvolveBlock);
+HWY_EXPORT(FusesMultiplyAndAdd);
 
 WinogradTileSize fastest_winograd_tile(int h, int w) {
+  if (!HWY_DYNAMIC_DISPATCH(FusesMultiplyAndAdd)()) return {4, 4};
   const auto cost = [h, w](int tile) {  // multiplications for a pair of channels
     const std::int64_t rows = (h + tile - 1) / tile;
     const std::int64_t columns = (w + tile - 1) / tile;
