@@ -40,6 +40,13 @@ WindowGeometry geometry_of(const Conv2dOptions& options, Shape in, Shape out) {
           .out_width = out.w};
 }
 
+/// What follows a convolution whose result is `out`. Throws when `out` is too small to be pooled.
+WinogradEpilogue epilogue_of(Fusion fusion, Shape out, const float* bias) {
+  const bool pool = fusion == Fusion::relu_max_pool;
+  if (pool) MaxPool2d().output_shape(out);
+  return {.bias = bias, .relu = fusion != Fusion::none, .max_pool = pool};
+}
+
 }  // namespace
 
 void Conv2dOptions::validate() const {
@@ -102,21 +109,18 @@ void Conv2d::forward(const Tensor& x, Tensor& y, Mode mode) {
 
 void Conv2d::forward_fused(const Tensor& x, Tensor& y, Fusion fusion, Mode mode) {
   const Shape out = output_shape(x.shape());
-  const bool pool = fusion == Fusion::relu_max_pool;
-  if (pool) MaxPool2d().output_shape(out);
-  const float* const bias = bias_data();
+  const WinogradEpilogue epilogue = epilogue_of(fusion, out, bias_data());
   if (algorithm() == Algorithm::winograd) {
-    winograd_convolution(x, winograd_weights(out, mode),
-                         {.bias = bias, .relu = fusion != Fusion::none, .max_pool = pool}, y);
-  } else if (pool) {
+    winograd_convolution(x, winograd_weights(out, mode), epilogue, y);
+  } else if (epilogue.max_pool) {
     Tensor before_pool;
     forward_fused(x, before_pool, Fusion::relu, mode);
     MaxPool2d().forward(before_pool, y, Mode::inference);
   } else if (algorithm() == Algorithm::rgb) {
-    rgb_convolution(x, weight_.value, bias, fusion == Fusion::relu, y);
+    rgb_convolution(x, weight_.value, epilogue.bias, epilogue.relu, y);
   } else {
     y.resize(out);
-    forward_im2col(x, bias, fusion == Fusion::relu, y);
+    forward_im2col(x, epilogue.bias, epilogue.relu, y);
   }
 }
 
@@ -127,11 +131,9 @@ bool Conv2d::can_follow(const Conv2d& first) const {
 
 void Conv2d::forward_after(Conv2d& first, const Tensor& x, Tensor& y, Fusion fusion) {
   const Shape out = output_shape(first.output_shape(x.shape()));
-  const bool pool = fusion == Fusion::relu_max_pool;
-  if (pool) MaxPool2d().output_shape(out);
   const RgbRows rows(x, first.weight_.value, first.bias_data(), true);
   winograd_convolution(rows, winograd_weights(out, Mode::inference),
-                       {.bias = bias_data(), .relu = fusion != Fusion::none, .max_pool = pool}, y);
+                       epilogue_of(fusion, out, bias_data()), y);
 }
 
 const WinogradWeights& Conv2d::winograd_weights(Shape out, Mode mode) {
