@@ -52,7 +52,7 @@ int DetectionBoosting::boost(int frame, const nn::ImageView& image, AppearanceMo
   const std::size_t first = detections.size();
   affinities_.clear();
   for (std::size_t i = 0; i < searching_.size(); ++i) {
-    double best = threshold_;
+    double best = tau_a_ + options_.boost_margin;
     std::size_t chosen = candidates_.size();
     for (std::size_t j = first_candidate_[i]; j < first_candidate_[i + 1]; ++j) {
       if (!embeddings_.valid[j]) continue;

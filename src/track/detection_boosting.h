@@ -21,11 +21,12 @@ namespace sdmt::track {
 /// and heights, in one size or three. They are clipped to the image and all embedded in one batch;
 /// with boost_one_pass those inside the image are embedded by AppearanceModel::embed_shifted(),
 /// size by size, and those that leave it are left out. The one closest in appearance joins the
-/// detections when its affinity is above tau_a.
+/// detections when its affinity is above tau_a by more
+/// than boost_margin.
 class DetectionBoosting {
  public:
-  DetectionBoosting(const TrackerOptions& options, double threshold)
-      : options_(options), threshold_(threshold) {}
+  DetectionBoosting(const TrackerOptions& options, double tau_a)
+      : options_(options), tau_a_(tau_a) {}
 
   /// Appends the boosted boxes to `detections`, if any, and then marks those dropped that overlap a
   /// better one by more than boost_nms: real ones by score, after them the boosted ones by
@@ -49,7 +50,7 @@ class DetectionBoosting {
   void suppress(FrameDetections& detections, std::size_t first);
 
   const TrackerOptions& options_;
-  double threshold_;
+  double tau_a_;
   std::vector<std::uint8_t> matched_;  // [active]
   std::vector<const Tracklet*> searching_;
   std::vector<std::size_t> first_candidate_;  // [searching + 1]

@@ -169,6 +169,8 @@ std::vector<TrackerOption> make_table() {
              "search by appearance where the detector found nothing"),
       whole("boost-grid", &Options::boost_grid, "positions sampled along x and y (odd, 1..31)"),
       number("boost-reach", &Options::boost_reach, "largest shift in box sizes (0..2)"),
+      number("boost-margin", &Options::boost_margin,
+             "affinity above tau-a that a sample must have (0..1)"),
       number("boost-scale-step", &Options::boost_scale_step,
              "sizes sampled: 1 - step, 1, 1 + step (0..0.9)"),
       whole("boost-interval", &Options::boost_interval,

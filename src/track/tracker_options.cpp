@@ -55,6 +55,7 @@ TrackerOptions TrackerOptions::paper() {
   options.min_mean_confidence = 0.2;
   options.motion_association = false;
   options.association_reach = 0;
+  options.boost_margin = 0;
   options.boost_scale_step = 0.1;
   options.boost_one_pass = false;
   options.max_fill = options.max_misses + options.association_horizon;
@@ -100,6 +101,7 @@ void TrackerOptions::validate() const {
   require(boost_grid >= 1 && boost_grid <= 31 && boost_grid % 2 == 1, "boost_grid", boost_grid,
           "an odd number in 1..31");
   require(boost_reach >= 0 && boost_reach <= 2, "boost_reach", boost_reach, "0..2");
+  require(boost_margin >= 0 && boost_margin <= 1, "boost_margin", boost_margin, "0..1");
   require(boost_scale_step >= 0 && boost_scale_step <= 0.9, "boost_scale_step", boost_scale_step,
           "0..0.9");
   require_frames("boost_interval", boost_interval, 1);

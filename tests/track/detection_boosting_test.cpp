@@ -86,6 +86,17 @@ TEST_F(Boosting, TakesNobodyWhoLooksDifferent) {
   EXPECT_EQ(detections_.size(), 0u);
 }
 
+TEST_F(Boosting, AsksForMoreThanTauA) {
+  // The nearest sample is 1/20 of a width off: affinity 0.86.
+  for (const auto& [margin, found] : std::vector<std::pair<double, int>>{{0.2, 1}, {0.3, 0}}) {
+    options_.boost_margin = margin;
+    detections_.clear();
+    active_.clear();
+    add_tracklet({102, 100, 40, 90}, {100, 100, 40, 90});
+    EXPECT_EQ(boost(), found) << margin;
+  }
+}
+
 TEST_F(Boosting, YieldsToDetectionsAndToBetterBoostedBoxes) {
   add_tracklet({108, 100, 40, 90}, {100, 100, 40, 90});
   FrameDetections::Flags strong;

@@ -93,8 +93,11 @@ struct TrackerOptions {
 
   // Detection boosting (section III-F).
   bool boosting = false;
-  int boost_grid = 7;           ///< positions along x and along y; odd, 1..31
-  double boost_reach = 0.3;     ///< largest shift in box widths and heights; 0..2
+  int boost_grid = 7;        ///< positions along x and along y; odd, 1..31
+  double boost_reach = 0.3;  ///< largest shift in box widths and heights; 0..2
+  /// Affinity above tau_a that a sample must have; 0..1. The best of many samples passes a
+  /// threshold for pairs too easily.
+  double boost_margin = 0.04;
   double boost_scale_step = 0;  ///< sizes 1 - step, 1, 1 + step; 0..0.9, 0: the predicted one
   int boost_interval = 2;       ///< a tracklet is boosted at most once in this many frames; >= 1
   double boost_nms = 0.5;       ///< boosted boxes that overlap others by more (IoU) are dropped
