@@ -90,20 +90,6 @@ TEST_F(TrackOutput, ThreadsAndDelayDoNotChangeAByte) {
   EXPECT_NE(tracks(), expected);
 }
 
-TEST_F(TrackOutput, ThePeopleDetectorIsDeterministic) {
-  const auto scene = picture_sequence("s", 12);
-  const std::vector<std::string> words{"--appearance", "none",         "--detections",
-                                       "hog",          "--min-length", "1"};
-  auto one = words;
-  one.insert(one.end(), {"--threads", "1"});
-  auto two = words;
-  two.insert(two.end(), {"--threads", "2"});
-  ASSERT_EQ(track(scene, one).exit_code, 0);
-  const std::string expected = tracks();
-  ASSERT_EQ(track(scene, two).exit_code, 0);
-  EXPECT_EQ(tracks(), expected);
-}
-
 TEST_F(TrackOutput, AMissingFolderIsNoticedAtOnce) {
   const auto sequence = motion_sequence("s", 10, 1);
   for (const std::string option : {"--output", "--jsonl", "--json", "--explain"}) {

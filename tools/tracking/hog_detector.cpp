@@ -16,12 +16,19 @@ namespace {
 
 // A person of the training images stands 96 pixels tall in a window of 64 x 128.
 constexpr double kPersonHeight = 96;
-constexpr double kWidthShare = 0.52;  // of the window that the person's box takes
-constexpr double kHeightShare = 0.74;
-constexpr double kScaleStep = 1.1;
-constexpr double kSuppressionIou = 0.4;
-constexpr double kMidpoint = 0.8;
-constexpr double kScale = 0.35;
+constexpr double kScaleStep = 1.2;
+constexpr double kLeastMargin = -0.6;
+// The person's box: shares of the window, and how far its centre lies above the window's.
+constexpr double kWidthShare = 0.533;
+constexpr double kHeightShare = 0.747;
+constexpr double kLift = 0.024;
+// What windows have to share to speak of the same person, and to be in each other's way.
+constexpr double kGroupIou = 0.5;
+constexpr double kSuppressionOverlap = 0.6;
+// The score's logit.
+constexpr double kMarginWeight = 0.95;
+constexpr double kCountWeight = 2.55;
+constexpr double kBias = -3.07;
 
 // OpenCV spreads the scales over its own threads, which main() has switched off for the rest.
 class OpenCvThreads {
@@ -32,20 +39,61 @@ class OpenCvThreads {
   OpenCvThreads& operator=(const OpenCvThreads&) = delete;
 };
 
-std::vector<track::Detection> suppress(std::vector<track::Detection> boxes) {
-  // The threads found them in any order; this one is the same on every run.
-  std::sort(boxes.begin(), boxes.end(), [](const track::Detection& a, const track::Detection& b) {
-    return std::tie(b.score, a.box.left, a.box.top, a.box.height) <
-           std::tie(a.score, b.box.left, b.box.top, b.box.height);
-  });
-  std::vector<track::Detection> kept;
-  for (const track::Detection& candidate : boxes) {
-    const bool free = std::none_of(kept.begin(), kept.end(), [&](const track::Detection& other) {
-      return track::iou(candidate.box, other.box) > kSuppressionIou;
-    });
-    if (free) kept.push_back(candidate);
+struct Response {
+  track::Tlwh box;  // the person's, not the window
+  double margin = 0;
+};
+
+using Responses = std::vector<Response>;
+
+// What two boxes share of the smaller one.
+double overlap_of_smaller(const track::Tlwh& a, const track::Tlwh& b) {
+  const double iou = track::iou(a, b);
+  const double shared = iou / (1 + iou) * (track::area(a) + track::area(b));
+  return shared / std::min(track::area(a), track::area(b));
+}
+
+// The person of whom the strongest response and those around it speak.
+track::Detection merge(const Response& strongest, const Responses& responses) {
+  int count = 0;
+  double weights = 0;
+  double cx = 0;
+  double cy = 0;
+  double log_height = 0;
+  for (const Response& response : responses) {
+    if (track::iou(strongest.box, response.box) <= kGroupIou) continue;
+    const auto box = track::to_cxcywh(response.box);
+    const double weight = std::exp(response.margin);
+    ++count;
+    weights += weight;
+    cx += weight * box.cx;
+    cy += weight * box.cy;
+    log_height += weight * std::log(box.height);
   }
-  return kept;
+  const double height = std::exp(log_height / weights);
+  const double width = height * strongest.box.width / strongest.box.height;
+  const double logit = kMarginWeight * strongest.margin + kCountWeight * std::log(count) + kBias;
+  return {track::to_tlwh({cx / weights, cy / weights, width, height}), 1 / (1 + std::exp(-logit))};
+}
+
+std::vector<track::Detection> find_people(Responses responses) {
+  // The threads found them in any order; this one is the same on every run.
+  std::sort(responses.begin(), responses.end(), [](const Response& a, const Response& b) {
+    return std::tie(b.margin, a.box.left, a.box.top, a.box.height) <
+           std::tie(a.margin, b.box.left, b.box.top, b.box.height);
+  });
+  std::vector<track::Tlwh> taken;
+  std::vector<track::Detection> people;
+  for (const Response& response : responses) {
+    if (response.margin <= 0) break;
+    const bool free = std::none_of(taken.begin(), taken.end(), [&](const track::Tlwh& box) {
+      return overlap_of_smaller(response.box, box) > kSuppressionOverlap;
+    });
+    if (!free) continue;
+    taken.push_back(response.box);
+    people.push_back(merge(response, responses));
+  }
+  return people;
 }
 
 }  // namespace
@@ -77,19 +125,19 @@ std::vector<track::Detection> HogDetector::detect(const Frame& frame) {
   std::vector<double> margins;
   {
     const OpenCvThreads threads(omp_get_max_threads());
-    descriptor_.detectMultiScale(image, windows, margins, 0, cv::Size(8, 8), cv::Size(16, 16),
-                                 kScaleStep, 0);
+    descriptor_.detectMultiScale(image, windows, margins, kLeastMargin, cv::Size(8, 8),
+                                 cv::Size(16, 16), kScaleStep, 0);
   }
-  std::vector<track::Detection> boxes;
+  Responses responses;
   for (std::size_t i = 0; i < windows.size(); ++i) {
-    const double width = windows[i].width * kWidthShare / zoom;
-    const double height = windows[i].height * kHeightShare / zoom;
-    const double cx = (windows[i].x + windows[i].width / 2.0) / zoom;
-    const double cy = (windows[i].y + windows[i].height / 2.0) / zoom;
-    const double score = 1 / (1 + std::exp(-(margins[i] - kMidpoint) / kScale));
-    boxes.push_back({{cx - width / 2 + 1, cy - height / 2 + 1, width, height}, score});
+    const cv::Rect& window = windows[i];
+    const track::Cxcywh person{(window.x + window.width / 2.0) / zoom + 1,
+                               (window.y + (0.5 - kLift) * window.height) / zoom + 1,
+                               window.width * kWidthShare / zoom,
+                               window.height * kHeightShare / zoom};
+    responses.push_back({track::to_tlwh(person), margins[i]});
   }
-  return suppress(std::move(boxes));
+  return find_people(std::move(responses));
 }
 
 }  // namespace sdmt::tools

@@ -21,9 +21,17 @@ struct HogOptions {
 /// mostly unoccluded people from the front or behind; it misses sitting, bent or half hidden ones
 /// and likes poles and door frames. Anything serious should bring its own detections.
 ///
-/// Windows are shrunk to the person inside them, overlapping ones (IoU > 0.4) suppressed, and the
-/// SVM's margin s is mapped to p = 1 / (1 + exp(-(s - 0.8) / 0.35)), so that the score is about the
-/// share of true boxes. These numbers were fitted on every 12th frame of PETS09-S2L1.
+/// Around a person many windows respond, around most other things only few. So windows with a
+/// margin above -0.6 are taken: the strongest (margin m > 0) gathers those that overlap it by
+/// IoU > 0.5, n with itself; the person's box is their mean, weighted by exp(margin), and its score
+///
+///     p = 1 / (1 + exp(-(0.95 m + 2.55 ln n - 3.07))),
+///
+/// about the share of true boxes. It then silences all that share more than 0.6 of the smaller of
+/// the two boxes, for windows around two people or around a leg (Dollar et al., Integral Channel
+/// Features, BMVC 2009, addendum), and the next strongest follows. Overlaps are those of the boxes
+/// that people take in the windows. scripts/fit-hog.py fits shares and score on half of
+/// PETS09-S2L1; what the other half says is in docs/tracking.md.
 class HogDetector : public DetectionSource {
  public:
   explicit HogDetector(const HogOptions& options = {});
