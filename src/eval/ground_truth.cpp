@@ -42,8 +42,12 @@ std::vector<fs::path> find_sequences(const fs::path& path) {
   if (fs::is_regular_file(ground_truth_file(path))) return {path};
   std::vector<fs::path> folders;
   for (const auto& entry : fs::directory_iterator(path)) {
-    if (entry.is_directory() && fs::is_regular_file(ground_truth_file(entry.path()))) {
+    if (!entry.is_directory()) continue;
+    if (fs::is_regular_file(ground_truth_file(entry.path()))) {
       folders.push_back(entry.path());
+    } else if (track::Sequence::is_sequence(entry.path())) {
+      throw std::invalid_argument(entry.path().string() +
+                                  ": has a seqinfo.ini but no ground truth, expected gt/gt.txt");
     }
   }
   if (folders.empty()) {

@@ -29,7 +29,10 @@ int Sequential::index(std::string_view name) const {
   for (int i = 0; i < size(); ++i) {
     if (this->name(i) == name) return i;
   }
-  throw std::invalid_argument("Sequential: there is no layer " + std::string(name));
+  std::string known;
+  for (int i = 0; i < size(); ++i) known += (i == 0 ? "" : ", ") + this->name(i);
+  throw std::invalid_argument("there is no layer '" + std::string(name) + "', expected one of " +
+                              known);
 }
 
 int Sequential::checked_last(int first, int last) const {

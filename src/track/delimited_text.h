@@ -38,8 +38,11 @@ class NumberLine {
 };
 
 /// Calls visit(line number, line) for every line of `text` that is not blank, without its line end.
+/// A UTF-8 byte order mark, which Windows' editors put first, is passed over.
 template <typename Visit>
 void for_each_line(std::string_view text, Visit&& visit) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   std::size_t number = 0;
   while (!text.empty()) {
     const std::size_t end = text.find('\n');

@@ -3,20 +3,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <stdexcept>
-#include <string>
 
 namespace sdmt::track {
 
 namespace {
 
-// Squares and products of such boxes stay far from overflow.
-constexpr double kFarthest = 1e12;
-
 void check(const Detection& detection, std::size_t index) {
   const auto refuse = [index](const char* field, double value, const char* expected) {
-    throw std::invalid_argument("detection " + std::to_string(index) + ": " + field + " is " +
-                                std::to_string(value) + ", expected " + expected);
+    std::ostringstream message;
+    message << "detection " << index << ": " << field << " is " << value << ", expected "
+            << expected;
+    throw std::invalid_argument(message.str());
   };
   const auto in_range = [](double value) { return value >= -kFarthest && value <= kFarthest; };
   const Tlwh& box = detection.box;

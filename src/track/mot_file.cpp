@@ -29,6 +29,17 @@ Tlwh read_box(NumberLine& line, bool allow_empty) {
   return box;
 }
 
+// What the tracker takes; refused here, where the line is known.
+void check_range(const NumberLine& line, const Tlwh& box) {
+  const auto check = [&](const char* column, double value) {
+    if (std::abs(value) > kFarthest) line.refuse(column, value, "-1e12..1e12");
+  };
+  check("left", box.left);
+  check("top", box.top);
+  check("width", box.width);
+  check("height", box.height);
+}
+
 // Calls read(NumberLine&) for each line and returns the rows sorted by frame, else in file order.
 template <typename Row, typename Read>
 std::vector<Row> read_rows(const std::filesystem::path& path, Read&& read) {
@@ -56,6 +67,7 @@ DetectionFile DetectionFile::read(const std::filesystem::path& path) {
     row.frame = line.whole("frame", 1);
     line.whole("id", kAnyNumber);
     row.detection.box = read_box(line, false);
+    check_range(line, row.detection.box);
     row.detection.score = line.number("score");
     return row;
   });

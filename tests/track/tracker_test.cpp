@@ -461,7 +461,7 @@ TEST(Tracker, RefusesImpossibleDetectionsAndGoesOn) {
       {{{nan, 0, 1, 1}, 1}, "detection 1: left is nan, expected -1e12..1e12"},
       {{{0, inf, 1, 1}, 1}, "detection 1: top is inf"},
       {{{0, 0, 0, 1}, 1}, "detection 1: width is 0.000000, expected > 0"},
-      {{{0, 0, 1, -4}, 1}, "detection 1: height is -4.000000, expected > 0"},
+      {{{0, 0, 1, -4}, 1}, "detection 1: height is -4, expected > 0"},
       {{{0, 0, 1e13, 4}, 1}, "detection 1: width is"},
       {{{0, 0, 1, 4}, nan}, "detection 1: score is nan"},
   };

@@ -27,7 +27,8 @@ std::string sequence_name(const std::filesystem::path& folder);
 GroundTruth read_sequence_ground_truth(const std::filesystem::path& folder);
 
 /// Sequence folders found at `path`: itself when it holds ground truth, else its subfolders that
-/// do, by name. Throws std::invalid_argument when there is none.
+/// do, by name. Throws std::invalid_argument when there is none, or when a sequence among them
+/// (with seqinfo.ini) has no ground truth: a score must not leave it out unnoticed.
 std::vector<std::filesystem::path> find_sequences(const std::filesystem::path& path);
 
 }  // namespace sdmt::eval

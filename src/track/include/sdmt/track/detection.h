@@ -5,6 +5,9 @@
 
 namespace sdmt::track {
 
+/// Largest coordinate and size of a detection, pixels: squares and products stay far from overflow.
+inline constexpr double kFarthest = 1e12;
+
 /// One box proposed by a detector in one frame.
 struct Detection {
   Tlwh box;

@@ -13,12 +13,14 @@
 namespace sdmt::track {
 
 // The text files of MOTChallenge: one box a line, columns separated by commas (blanks are allowed),
-// frames and pixel positions counted from 1. Lines may end in LF or CRLF, empty lines are skipped,
-// frames may come in any order: rows are returned sorted by frame, otherwise in file order.
+// frames and pixel positions counted from 1. Lines may end in LF or CRLF; empty lines and a UTF-8
+// byte order mark at the start are skipped. Frames may come in any order: rows are returned sorted
+// by frame, otherwise in file order.
 //
 // Every reader throws std::invalid_argument naming file, line, column, value and what was expected
 // (`det.txt:17: width is -3, expected > 0`) for a missing file, a column that is missing or no
-// number, NaN or infinity, a frame below 1, and a size <= 0 (detections) or < 0 (the others).
+// number, NaN or infinity, a frame below 1, and a size <= 0 (detections) or < 0 (the others), or a
+// detection beyond kFarthest pixels.
 
 /// A ground-truth row: frame,id,left,top,width,height,flag[,class,visibility]. MOT15 has no
 /// classes; it fills the columns from the eighth on with world coordinates or -1.
