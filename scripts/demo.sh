@@ -43,6 +43,7 @@ cmake --build build --target sdmt --parallel "$(nproc)"
 
 mkdir -p demo
 if $synthetic; then
+  rm -rf demo/scene
   build/sdmt synth scene --output demo/scene --frames 300 --seed 1
   input=demo/scene
 else

@@ -5,17 +5,25 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
-#include <cstdio>
+#include <cerrno>
+#include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
+#include <functional>
+#include <memory>
+#include <new>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
+#include <sstream>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "command.h"
 #include "config_arguments.h"
+#include "console.h"
 #include "stop_signal.h"
 
 namespace {
@@ -24,6 +32,20 @@ using namespace sdmt::tools;
 
 constexpr int kFailure = 1;
 constexpr int kBadInput = 2;
+
+void replace_first(std::string& text, std::string_view part, std::string_view by) {
+  if (const auto at = text.find(part); at != std::string::npos) text.replace(at, part.size(), by);
+}
+
+// Help without the "{false}" that CLI11 puts behind the name of a switch's negation.
+class HelpFormatter : public CLI::Formatter {
+ public:
+  std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
+    std::string name = CLI::Formatter::make_option_name(option, is_positional);
+    replace_first(name, "{false}", "");
+    return name;
+  }
+};
 
 void add_commands(CLI::App& app) {
   add_ablate_command(app);
@@ -65,9 +87,13 @@ void quiet_opencv() {
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
 }
 
-// A parse error, with the config file that the offending value came from, on one line.
+// A parse error, with the config file that the offending value came from.
 std::string parse_message(const CLI::ParseError& error, const ExpandedArguments& expanded) {
   std::string message = error.what();
+  // CLI11's words for an option given twice, and for a missing value, are hard to read.
+  replace_first(message, "At Most 1 required but received",
+                "expected once, number of times given:");
+  replace_first(message, "1 required  missing", "its value is missing");
   for (const auto& [option, file] : expanded.origin) {
     const auto at = message.find(option);
     if (at == std::string::npos) continue;
@@ -78,15 +104,30 @@ std::string parse_message(const CLI::ParseError& error, const ExpandedArguments&
     }
     message += fmt::format(" (set in {})", file);
   }
-  std::replace(message.begin(), message.end(), '\n', ' ');
   return message;
+}
+
+// The exit code of a run that did all it should, as far as its output was taken.
+int finish(const std::function<int(const std::string&, int)>& report) {
+  if (const int signal = received_stop_signal(); signal != 0) return 128 + signal;
+  const int error = flush_standard_output();
+  if (error == 0) return 0;
+  // `sdmt ... | head` is no failure worth a word.
+  if (error == EPIPE) return 128 + SIGPIPE;
+  return report(std::string("standard output: write failed: ") + std::strerror(error), kFailure);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  open_standard_streams();
+  // Writing to a closed pipe or beyond the largest file allowed fails with a message, and takes
+  // what is half written along.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   CLI::App app{"Deep similarity metric learning for real-time pedestrian tracking"};
   app.name("sdmt");
+  app.formatter(std::make_shared<HelpFormatter>());
   app.set_version_flag("--version", std::string("sdmt ") + SDMT_VERSION);
   app.require_subcommand(1);
   add_commands(app);
@@ -94,8 +135,9 @@ int main(int argc, char** argv) {
   quiet_opencv();
 
   const std::vector<std::string> typed(argv + 1, argv + argc);
-  const auto report = [&](const std::string& message, int code) {
-    fmt::print(stderr, "{}: {}\n", command_name(app, typed), message);
+  const auto report = [&](std::string message, int code) {
+    std::replace(message.begin(), message.end(), '\n', ' ');  // one line, whatever a path holds
+    say(stderr, "{}: {}\n", command_name(app, typed), message);
     return code;
   };
   const bool unknown =
@@ -110,14 +152,18 @@ int main(int argc, char** argv) {
     app.parse(std::vector<std::string>(expanded.arguments.rbegin(),  // CLI11 wants the last first
                                        expanded.arguments.rend()));
   } catch (const CLI::Success& help) {
-    return app.exit(help);
+    std::ostringstream text;
+    app.exit(help, text, text);
+    write_console(stdout, text.str());
+    return finish(report);
   } catch (const CLI::ParseError& error) {
     return report(parse_message(error, expanded), kBadInput);
   } catch (const std::logic_error& error) {
     return report(error.what(), kBadInput);
+  } catch (const std::bad_alloc&) {
+    return report("out of memory", kFailure);
   } catch (const std::exception& error) {
     return report(error.what(), kFailure);
   }
-  const int signal = received_stop_signal();
-  return signal == 0 ? 0 : 128 + signal;
+  return finish(report);
 }

@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "console.h"
+
 namespace sdmt::tools {
 
 namespace {
@@ -54,9 +56,9 @@ void Progress::update(std::int64_t done, std::string_view note) {
   const std::string line = text(done, std::chrono::duration<double>(now - start_).count(), note);
   if (terminal_) {
     const std::size_t old = std::exchange(width_, line.size());
-    fmt::print(stderr, "\r{}{:{}}", line, "", old > line.size() ? old - line.size() : 0);
+    say(stderr, "\r{}{:{}}", line, "", old > line.size() ? old - line.size() : 0);
   } else {
-    fmt::print(stderr, "{}\n", line);
+    say(stderr, "{}\n", line);
   }
   std::fflush(stderr);
 }

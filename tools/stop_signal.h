@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <csignal>
 
 namespace sdmt::tools {
 
-/// While one lives, the first SIGINT or SIGTERM only sets a flag, so that long work can stop
-/// between two steps and write what is final; a second one ends the process at once. At most one at
-/// a time.
+/// While one lives, the first SIGINT, SIGTERM, SIGHUP (the terminal was closed; not under nohup) or
+/// SIGPIPE (who reads our output has left) only sets a flag, so that long work can stop between two
+/// steps and write what is final; a second one, but for SIGPIPE, ends the process at once. At most
+/// one at a time.
 class StopSignal {
  public:
   StopSignal();
@@ -18,8 +20,9 @@ class StopSignal {
   bool requested() const;
 
  private:
-  struct sigaction old_interrupt_ {};
-  struct sigaction old_terminate_ {};
+  static constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGPIPE};
+
+  std::array<struct sigaction, kSignals.size()> old_{};
 };
 
 /// The signal that came while a StopSignal lived, 0 when none did. The binary then exits with

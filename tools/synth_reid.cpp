@@ -6,9 +6,9 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
-#include <system_error>
 
 #include "jpeg.h"
+#include "new_data_folder.h"
 #include "sdmt/nn/random.h"
 #include "synth_person.h"
 
@@ -150,21 +150,6 @@ fs::path file_name(int pid, int camid, int serial) {
   return fmt::format("{:04}_c{}s1_{:06}_00.jpg", pid, camid, serial);
 }
 
-void make_empty_folders(const fs::path& folder) {
-  std::error_code failed;
-  if (fs::exists(folder, failed) && !fs::is_empty(folder, failed)) {
-    throw std::invalid_argument(
-        fmt::format("{}: is not empty, expected a new or empty folder", folder.string()));
-  }
-  for (const char* split : {"bounding_box_train", "query", "bounding_box_test"}) {
-    fs::create_directories(folder / split, failed);
-    if (failed) {
-      throw std::invalid_argument(
-          fmt::format("{}: cannot be made: {}", (folder / split).string(), failed.message()));
-    }
-  }
-}
-
 void check(const char* field, int value, int low, int high) {
   if (value >= low && value <= high) return;
   throw std::invalid_argument(fmt::format("{} is {}, expected {} to {}", field, value, low, high));
@@ -181,10 +166,10 @@ void SynthReidOptions::validate() const {
   check("images_per_identity", images_per_identity, 2 * kCameras, 1000);
 }
 
-void write_synth_reid(const fs::path& folder, const SynthReidOptions& options,
+bool write_synth_reid(const fs::path& folder, const SynthReidOptions& options,
                       const std::function<bool(int)>& progress) {
   options.validate();
-  make_empty_folders(folder);
+  NewDataFolder unfinished(folder, {"bounding_box_train", "query", "bounding_box_test"});
   constexpr int kQuality = 90;
   int written = 0;
   for (int pid = 1; pid <= options.identities; ++pid) {
@@ -198,7 +183,7 @@ void write_synth_reid(const fs::path& folder, const SynthReidOptions& options,
                                                            : "bounding_box_test";
       write_jpeg(folder / split / file_name(pid, camid, k), person_image(look, camid, random),
                  kQuality);
-      if (!progress(++written)) return;
+      if (!progress(++written)) return false;
     }
   }
   for (int k = 0; k < background_images(options); ++k) {
@@ -206,8 +191,10 @@ void write_synth_reid(const fs::path& folder, const SynthReidOptions& options,
     const int camid = 1 + k % kCameras;
     write_jpeg(folder / "bounding_box_test" / file_name(0, camid, k),
                background_image(camid, random), kQuality);
-    if (!progress(++written)) return;
+    if (!progress(++written)) return false;
   }
+  unfinished.keep();
+  return true;
 }
 
 }  // namespace sdmt::tools

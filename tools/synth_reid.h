@@ -24,10 +24,10 @@ struct SynthReidOptions {
 /// Crops of 64 x 128 of made-up people, whose clothes tell them apart, before clutter, in any
 /// direction and step, badly cropped, half hidden, by two cameras of different colours under
 /// changing light. The same options give the same files. `progress` gets the number of images
-/// written and returns false to stop.
+/// written and returns false to stop: then nothing is left, and the function returns false.
 /// Throws std::invalid_argument when `folder` already holds anything or cannot be made,
 /// std::runtime_error when writing fails.
-void write_synth_reid(const std::filesystem::path& folder, const SynthReidOptions& options,
+bool write_synth_reid(const std::filesystem::path& folder, const SynthReidOptions& options,
                       const std::function<bool(int)>& progress);
 
 }  // namespace sdmt::tools

@@ -17,6 +17,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 json row(const json& run, const std::string& variant) {
   for (const auto& each : run.at("rows")) {
@@ -135,6 +136,16 @@ TEST_F(Ablate, BadUsage) {
   EXPECT_THAT(ablate({"--calibration", "x"}).err, HasSubstr("x"));
   EXPECT_THAT(ablate({"--model", "no.safetensors"}).err, HasSubstr("no.safetensors"));
   EXPECT_THAT(ablate({"--sequences", folder_ / "scene"}).err, HasSubstr("given twice"));
+}
+
+TEST_F(Ablate, AnOutputThatCannotBeWrittenIsNoticedBeforeTheWork) {
+  for (const std::string option : {"--json", "--report"}) {
+    const auto result = ablate({option, folder_ / "no/file"});
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_EQ(result.out, "");
+    EXPECT_THAT(result.err, HasSubstr("no/file"));
+    EXPECT_THAT(result.err, Not(HasSubstr("frames/s")));
+  }
 }
 
 }  // namespace

@@ -240,5 +240,31 @@ TEST_F(Evaluate, AMillionRows) {
   EXPECT_EQ(read_json("out.json").at("combined").at("IDs"), 250'000);
 }
 
+TEST_F(Evaluate, ASequenceWithoutGroundTruthIsNotLeftOutUnnoticed) {
+  make_sequence("B", kGt);
+  fs::remove(folder_ / "gt/B/gt/gt.txt");
+  const auto result = evaluate({});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("gt/B: has a seqinfo.ini but no ground truth"));
+}
+
+TEST_F(Evaluate, OddFolderNamesMakeValidFiles) {
+  make_sequence("x,\"y\"\xFF", kGt);
+  const auto result =
+      run_sdmt({"evaluate", "--gt", folder_ / "gt/x,\"y\"\xFF", "--results", folder_ / "A.txt",
+                "--json", folder_ / "out.json", "--csv", folder_ / "out.csv"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(read_json("out.json").at("sequences").contains("x,\"y\"\uFFFD"));
+  EXPECT_THAT(read_file(folder_ / "out.csv"), HasSubstr("\n\"x,\"\"y\"\"\xFF\",1,"));
+}
+
+TEST_F(Evaluate, AnOutputOntoTheResultsIsRefused) {
+  const auto result = run_sdmt({"evaluate", "--gt", folder_ / "gt/A", "--results",
+                                folder_ / "A.txt", "--json", folder_ / "A.txt"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.out, "");
+  EXPECT_EQ(read_file(folder_ / "A.txt"), kResults);
+}
+
 }  // namespace
 }  // namespace sdmt::tests

@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
 #include <set>
+#include <thread>
 
 #include "cli/run_command.h"
 #include "sdmt/track/box.h"
@@ -82,6 +86,30 @@ TEST(SynthScene, RefusesImpossibleOptions) {
   const auto blocked = run_sdmt({"synth", "scene", "--output", folder / "file/scene"});
   EXPECT_EQ(blocked.exit_code, 2);
   EXPECT_THAT(blocked.err, HasSubstr("file/scene"));
+}
+
+TEST(SynthScene, LeavesOtherFilesAlone) {
+  const TemporaryFolder folder;
+  write_file(folder / "precious.txt", "");
+  const auto result = run_sdmt({"synth", "scene", "--output", folder.path()});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("is not empty, expected a new or empty folder"));
+  EXPECT_EQ(folder.listing(), std::vector<std::string>{"precious.txt"});
+}
+
+TEST(SynthScene, InterruptedLeavesNothing) {
+  const TemporaryFolder folder;
+  for (const std::string kind : {"scene", "reid"}) {
+    Process process(sdmt_words({"synth", kind, "--output", folder / kind}));
+    while (!std::filesystem::exists(folder / kind))
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    process.send_signal(SIGINT);
+    const auto result = process.wait();
+    EXPECT_EQ(result.exit_code, 128 + SIGINT);
+    EXPECT_THAT(result.out, HasSubstr("stopped, nothing written"));
+    EXPECT_TRUE(std::filesystem::is_empty(folder / kind));
+  }
 }
 
 }  // namespace

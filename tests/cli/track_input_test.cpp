@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -195,6 +196,10 @@ TEST_F(TrackInput, OptionsOutOfRangeAreNamed) {
   expect_refused(track(sequence, {"--no-appearance", "--delay", "soon"}), {"delay", "soon"});
   expect_refused(track(sequence, {"--no-appearance", "--nms", "wide"}), {"nms", "wide"});
   expect_refused(track(sequence, {"--no-appearance", "--calibration", "x"}), {"calibration"});
+  expect_refused(track(sequence, {"--no-appearance", "--tau-a", "2"}), {"--tau-a", "2", "< 1"});
+  write_file(folder_ / "c.json", R"({"gallery-size": 0})");
+  expect_refused(track(sequence, {"--no-appearance", "--config", folder_ / "c.json"}),
+                 {"--gallery-size", "is 0, expected 1..1000", "(set in ", "c.json"});
   const auto idle = run_sdmt({"track", sequence, "--no-appearance"});
   EXPECT_EQ(idle.exit_code, 2);
   EXPECT_THAT(idle.err, HasSubstr("--output"));
@@ -205,6 +210,51 @@ TEST_F(TrackInput, RawScoresAndMissingScoresAreMentioned) {
               HasSubstr("all scores are equal"));
   EXPECT_THAT(track_rows("1,-1,10,10,40,90,-1\n2,-1,11,10,40,90,42\n").err,
               HasSubstr("--calibration"));
+}
+
+TEST_F(TrackInput, WhatTheTrackerCannotTakeIsNamedByLine) {
+  expect_refused(track_rows("1,-1,10,10,40,90,1\n2,-1,1e300,10,40,90,1\n"),
+                 {"det.txt:2: left is 1e+300, expected -1e12..1e12"});
+}
+
+TEST_F(TrackInput, AByteOrderMarkDoesNotMatter) {
+  const auto result = track_rows(
+      "\xEF\xBB\xBF"
+      "1,-1,10,10,40,90,1\n2,-1,10,10,40,90,.9\n");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("2 detections"));
+}
+
+TEST_F(TrackInput, AVideoThatEndsEarlyIsMentioned) {
+  const auto sequence = motion_sequence("s", 40, 1);
+  {
+    cv::VideoWriter video(folder_ / "v.avi", cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 25,
+                          {160, 120});
+    for (int frame = 1; frame <= 40; ++frame) {
+      video.write(cv::Mat(120, 160, CV_8UC3, cv::Scalar(0, 6.0 * frame, 90)));
+    }
+  }
+  const std::vector<std::string> words{"--no-appearance", "--detections",
+                                       sequence + "/det/det.txt"};
+  EXPECT_THAT(track(folder_ / "v.avi", words).err, Not(HasSubstr("damaged")));
+  std::string bytes = read_file(folder_ / "v.avi");
+  // Zeros over a stretch of it, as a bad copy leaves them: frames are lost, the length stays.
+  std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 2),
+            bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() * 7 / 10), '\0');
+  write_file(folder_ / "v.avi", bytes);
+  const auto result = track(folder_ / "v.avi", words);
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.err, HasSubstr("of its 40 frames; it is damaged or incomplete"));
+}
+
+TEST_F(TrackInput, AModelWithoutThresholdIsMentioned) {
+  const auto scene = picture_sequence("s", 2);
+  ASSERT_EQ(run_sdmt({"init-model", "--output", folder_ / "m.safetensors"}).exit_code, 0);
+  const std::vector<std::string> words{"--model", folder_ / "m.safetensors"};
+  EXPECT_THAT(track(scene, words).err, HasSubstr("m.safetensors: holds no tau_a, 0.895 is taken"));
+  auto given = words;
+  given.insert(given.end(), {"--tau-a", "0.9"});
+  EXPECT_THAT(track(scene, given).err, Not(HasSubstr("tau_a")));
 }
 
 }  // namespace

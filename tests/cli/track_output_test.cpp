@@ -146,5 +146,20 @@ TEST_F(TrackOutput, CtrlCWritesWhatIsFinal) {
   }
 }
 
+TEST_F(TrackOutput, NoOutputMayBeAnInputOrAnotherOutput) {
+  const auto sequence = motion_sequence("s", 10, 1);
+  const std::string detections = sequence + "/det/det.txt";
+  const std::string before = read_file(detections);
+  const auto onto_input = run_sdmt(
+      {"track", sequence, "--no-appearance", "--output", sequence + "/img1/../det/det.txt"});
+  EXPECT_EQ(onto_input.exit_code, 2);
+  EXPECT_THAT(onto_input.err, HasSubstr("is read as --detections, expected another file"));
+  EXPECT_EQ(read_file(detections), before);
+  const auto twice = track(sequence, {"--no-appearance", "--jsonl", folder_ / "tracks.txt"});
+  EXPECT_EQ(twice.exit_code, 2);
+  EXPECT_THAT(twice.err, HasSubstr("is written by --output, expected another file"));
+  EXPECT_FALSE(has_tracks());
+}
+
 }  // namespace
 }  // namespace sdmt::tests

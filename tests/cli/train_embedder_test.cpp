@@ -135,6 +135,9 @@ TEST_F(TrainEmbedder, BadInputIsNamedAndLeavesNothing) {
   EXPECT_THAT(refusal({"--margin", "-1"}), HasSubstr("margin is -1"));
   EXPECT_THAT(refusal({"--head", "pair-classifier", "--log", folder_ / "log.csv"}),
               HasSubstr("--log goes with --head metric only"));
+  EXPECT_THAT(refusal({"--log", folder_ / "no/log.csv"}), HasSubstr("no/log.csv"));
+  EXPECT_THAT(refusal({"--json", folder_ / "no/r.json"}), HasSubstr("no/r.json"));
+  EXPECT_THAT(refusal({"--storage", "1"}), HasSubstr("'1' is none of float16, float32, int8"));
   EXPECT_THAT(refusal({"--holdout-ids", "5"}), HasSubstr("1 identities to train on"));
   std::filesystem::remove(folder_.path().string() + ".txt");
 }

@@ -8,11 +8,12 @@
 
 #include "ablation/ablation.h"
 #include "command.h"
+#include "console.h"
+#include "json_file.h"
+#include "output_paths.h"
 #include "progress.h"
-#include "sdmt/nn/model_file.h"
 #include "sdmt/nn/output_file.h"
-#include "sdmt/track/embedding_appearance.h"
-#include "shipped_files.h"
+#include "tracking/tracker_arguments.h"
 
 namespace sdmt::tools {
 
@@ -31,6 +32,8 @@ struct AblateOptions {
   std::string json;
   std::string report;
 };
+
+void warn(const std::string& text) { say(stderr, "sdmt ablate: warning: {}\n", text); }
 
 AblationSequence load_sequence(const fs::path& folder, const std::string& detections) {
   AblationSequence input;
@@ -98,11 +101,12 @@ std::unique_ptr<track::AppearanceModel> load_network(const AblateOptions& option
   const bool all_have_images = std::all_of(
       inputs.begin(), inputs.end(), [](const auto& input) { return input.sequence.has_images(); });
   if (!wanted || !all_have_images) return nullptr;
-  const fs::path file = options.model.empty() ? find_default_model() : fs::path(options.model);
-  return std::make_unique<track::EmbeddingAppearance>(nn::load_model(file));
+  return load_network_appearance(options.model, warn);
 }
 
 void run(const AblateOptions& options) {
+  check_outputs({{"--model", options.model}},
+                {{"--json", options.json}, {"--report", options.report}});
   const auto variants = choose_variants(options);
   AblationRun run;
   run.compat = eval::parse_compat(options.compat);
@@ -115,13 +119,12 @@ void run(const AblateOptions& options) {
   for (const auto& variant : variants) {
     Progress progress(variant.name, total, "frames");
     run.rows.push_back(run_variant(
-        variant, inputs, network.get(), run, [&](int frames) { progress.update(frames); },
-        [](const std::string& text) { fmt::print(stderr, "sdmt ablate: {}\n", text); }));
+        variant, inputs, network.get(), run, [&](int frames) { progress.update(frames); }, warn));
   }
-  fmt::print("{} sequence{}, {} frames, {}, {} rules, counted as {}\n{}", inputs.size(),
-             inputs.size() == 1 ? "" : "s", total, run.detections, eval::to_string(run.benchmark),
-             run.compat == eval::Compat::devkit ? "the MATLAB devkit" : "TrackEval", to_text(run));
-  if (!options.json.empty()) nn::write_text_file(options.json, to_json(run).dump(1) + "\n");
+  say(stdout, "{} sequence{}, {} frames, {}, {} rules, counted as {}\n{}", inputs.size(),
+      inputs.size() == 1 ? "" : "s", total, run.detections, eval::to_string(run.benchmark),
+      run.compat == eval::Compat::devkit ? "the MATLAB devkit" : "TrackEval", to_text(run));
+  write_json_file(options.json, to_json(run));
   if (!options.report.empty()) nn::write_text_file(options.report, ablation_html(run));
 }
 

@@ -10,11 +10,13 @@
 #include <set>
 
 #include "command.h"
+#include "console.h"
+#include "json_file.h"
 #include "network_summary.h"
+#include "output_paths.h"
 #include "peak_memory.h"
 #include "sdmt/nn/adam.h"
 #include "sdmt/nn/model_file.h"
-#include "sdmt/nn/output_file.h"
 #include "sdmt/nn/random.h"
 #include "sdmt/nn/sequential.h"
 #include "sdmt/nn/simd_target.h"
@@ -94,6 +96,7 @@ Timing measure_training(nn::EmbeddingNetwork& network, int batch, bool frozen, i
 }
 
 void run(const BenchOptions& options) {
+  check_outputs({{"--model", options.model}}, {{"--json", options.json}});
   nn::Model model;
   if (options.model.empty()) {
     model.network.initialize(0);
@@ -104,7 +107,7 @@ void run(const BenchOptions& options) {
   ordered_json result;
   result["threads"] = omp_get_max_threads();
   result["target"] = nn::simd_target();
-  fmt::print("{} threads, {}\n", omp_get_max_threads(), nn::simd_target());
+  say(stdout, "{} threads, {}\n", omp_get_max_threads(), nn::simd_target());
 
   TextTable forward({"forward", "ms median", "ms min", "ms a patch", "GFLOP/s"});
   result["forward"] = ordered_json::array();
@@ -119,7 +122,7 @@ void run(const BenchOptions& options) {
                                  {"ms_min", timing.min},
                                  {"gflops", gflops}});
   }
-  fmt::print("{}", forward.str());
+  say(stdout, "{}", forward.str());
 
   if (options.train) {
     TextTable train({"training step", "ms median", "ms min"});
@@ -136,13 +139,13 @@ void run(const BenchOptions& options) {
                                    {"ms_min", timing.min}});
       }
     }
-    fmt::print("\n{}", train.str());
+    say(stdout, "\n{}", train.str());
   }
   result["peak_rss_mib"] = peak_rss_mib();
-  fmt::print(
+  say(stdout,
       "\npeak memory {:.0f} MiB; GFLOP/s count every convolution directly, {:.2f} GFLOP a patch\n",
       peak_rss_mib(), total_gflop(network));
-  if (!options.json.empty()) nn::write_text_file(options.json, result.dump(1) + "\n");
+  write_json_file(options.json, result);
 }
 
 }  // namespace

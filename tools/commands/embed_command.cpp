@@ -8,9 +8,9 @@
 #include <stdexcept>
 
 #include "command.h"
+#include "output_paths.h"
 #include "progress.h"
 #include "sdmt/nn/embedder.h"
-#include "sdmt/nn/output_file.h"
 #include "sdmt/train/image_file.h"
 #include "shipped_files.h"
 
@@ -37,8 +37,9 @@ std::vector<train::Image> read_all(std::span<const fs::path> paths) {
 }
 
 void run(const EmbedOptions& options) {
-  // Tells a bad output path before the work, not after it.
-  { const nn::OutputFile probe(options.output); }
+  std::vector<NamedPath> inputs{{"--model", options.model}};
+  for (const std::string& image : options.images) inputs.push_back({"IMAGE", image});
+  check_outputs(inputs, {{"--output", options.output}});
   nn::Embedder embedder(
       nn::load_model(options.model.empty() ? find_default_model() : fs::path(options.model)));
 

@@ -7,9 +7,12 @@
 #include <stdexcept>
 
 #include "command.h"
+#include "console.h"
 #include "evaluation/evaluation.h"
 #include "evaluation/evaluation_report.h"
 #include "evaluation/event_report.h"
+#include "json_file.h"
+#include "output_paths.h"
 #include "sdmt/nn/output_file.h"
 
 namespace sdmt::tools {
@@ -122,22 +125,26 @@ std::vector<SequenceEvents> explain(const Evaluation& evaluation,
 
 void run(const EvaluateOptions& options) {
   options.events.validate();
+  std::vector<NamedPath> inputs;
+  for (const auto& path : options.results) inputs.push_back({"--results", path});
+  check_outputs(inputs,
+                {{"--json", options.json}, {"--csv", options.csv}, {"--report", options.report}});
   const auto evaluation = evaluate(options);
-  fmt::print("{}, counted as {}\n{}", eval::to_string(evaluation.benchmark),
-             evaluation.compat == eval::Compat::devkit ? "the MATLAB devkit" : "TrackEval",
-             to_text(evaluation));
+  say(stdout, "{}, counted as {}\n{}", eval::to_string(evaluation.benchmark),
+      evaluation.compat == eval::Compat::devkit ? "the MATLAB devkit" : "TrackEval",
+      to_text(evaluation));
   auto json = to_json(evaluation);
   if (options.explain || !options.render.empty()) {
     const auto events = explain(evaluation, options.events);
     if (options.explain) {
-      fmt::print("\n{}", to_text(events));
+      say(stdout, "\n{}", to_text(events));
       json["events"] = to_json(events);
     }
     if (!options.render.empty()) {
-      fmt::print("{} frames drawn in {}\n", draw_events(events, options.render), options.render);
+      say(stdout, "{} frames drawn in {}\n", draw_events(events, options.render), options.render);
     }
   }
-  if (!options.json.empty()) nn::write_text_file(options.json, json.dump(1) + "\n");
+  write_json_file(options.json, json);
   if (!options.report.empty()) {
     const auto what = fmt::format("{}", fmt::join(options.results, ", "));
     nn::write_text_file(options.report, evaluation_html(evaluation, what, options.events));

@@ -5,6 +5,8 @@
 #include <memory>
 
 #include "command.h"
+#include "console.h"
+#include "output_paths.h"
 #include "sdmt/nn/model_file.h"
 
 namespace sdmt::tools {
@@ -18,6 +20,7 @@ struct InitModelOptions {
 };
 
 void run(const InitModelOptions& options) {
+  check_outputs({{"--trunk", options.trunk}}, {{"--output", options.output}});
   nn::Model model;
   model.network.initialize(options.seed);
   if (options.trunk.empty()) {
@@ -28,11 +31,11 @@ void run(const InitModelOptions& options) {
     model.metadata.provenance =
         fmt::format("trunk from {}, random head, seed {}", name, options.seed);
     if (!ignored.empty()) {
-      fmt::print("ignored {} tensors of {}: {}\n", ignored.size(), name, fmt::join(ignored, ", "));
+      say(stdout, "ignored {} tensors of {}: {}\n", ignored.size(), name, fmt::join(ignored, ", "));
     }
   }
   nn::save_model(options.output, model);
-  fmt::print("wrote {}: {}\n", options.output, model.metadata.provenance);
+  say(stdout, "wrote {}: {}\n", options.output, model.metadata.provenance);
 }
 
 }  // namespace

@@ -7,9 +7,11 @@
 #include <optional>
 
 #include "command.h"
+#include "console.h"
+#include "json_file.h"
 #include "network_summary.h"
+#include "output_paths.h"
 #include "sdmt/nn/model_file.h"
-#include "sdmt/nn/output_file.h"
 #include "text_table.h"
 
 namespace sdmt::tools {
@@ -61,32 +63,32 @@ ordered_json describe(const nn::Safetensors& file, nn::Model* model) {
 void print_model(nn::Model& model) {
   const nn::ModelMetadata& metadata = model.metadata;
   const nn::Preprocessing& p = metadata.preprocessing;
-  fmt::print("architecture   {} (format {})\n", metadata.architecture, metadata.format_version);
-  fmt::print("input          {} x {} (height x width), {}, mean {}, std {}\n", p.height, p.width,
-             p.order == nn::ChannelOrder::rgb ? "rgb" : "bgr", fmt::join(p.mean, " "),
-             fmt::join(p.std, " "));
-  fmt::print("flatten order  {}\n", metadata.flatten_order);
-  fmt::print("margin         {}\n", metadata.margin);
+  say(stdout, "architecture   {} (format {})\n", metadata.architecture, metadata.format_version);
+  say(stdout, "input          {} x {} (height x width), {}, mean {}, std {}\n", p.height, p.width,
+      p.order == nn::ChannelOrder::rgb ? "rgb" : "bgr", fmt::join(p.mean, " "),
+      fmt::join(p.std, " "));
+  say(stdout, "flatten order  {}\n", metadata.flatten_order);
+  say(stdout, "margin         {}\n", metadata.margin);
   if (metadata.tau_a) {
     const auto& tau_a = *metadata.tau_a;
-    fmt::print("tau_a          {} (by {}{})\n", tau_a.value, tau_a.criterion,
-               tau_a.false_positive_rate
-                   ? fmt::format(", false positive rate {:.4g}", *tau_a.false_positive_rate)
-                   : "");
+    say(stdout, "tau_a          {} (by {}{})\n", tau_a.value, tau_a.criterion,
+        tau_a.false_positive_rate
+            ? fmt::format(", false positive rate {:.4g}", *tau_a.false_positive_rate)
+            : "");
   } else {
-    fmt::print("tau_a          not set (sdmt validate-roc --write-threshold)\n");
+    say(stdout, "tau_a          not set (sdmt validate-roc --write-threshold)\n");
   }
   if (metadata.training) {
-    fmt::print("training       {} iterations, {}, on {}\n", metadata.training->iterations,
-               metadata.training->loss, fmt::join(metadata.training->datasets, ", "));
+    say(stdout, "training       {} iterations, {}, on {}\n", metadata.training->iterations,
+        metadata.training->loss, fmt::join(metadata.training->datasets, ", "));
     for (const auto& [name, score] : metadata.training->scores) {
-      fmt::print("               {} {:.4f}\n", name, score);
+      say(stdout, "               {} {:.4f}\n", name, score);
     }
   } else {
-    fmt::print("training       none\n");
+    say(stdout, "training       none\n");
   }
-  fmt::print("provenance     {}\n\n",
-             metadata.provenance.empty() ? "unknown" : metadata.provenance);
+  say(stdout, "provenance     {}\n\n",
+      metadata.provenance.empty() ? "unknown" : metadata.provenance);
 
   TextTable table({"layer", "type", "output h x w x c", "parameters", "GFLOP"}, {1});
   std::int64_t parameters = 0;
@@ -100,33 +102,32 @@ void print_model(nn::Model& model) {
   table.add_rule();
   table.add_row({"total", "", "", fmt::format("{}", parameters),
                  fmt::format("{:.3f}", total_gflop(model.network))});
-  fmt::print("{}\n", table.str());
+  say(stdout, "{}\n", table.str());
 }
 
 void run(const InspectOptions& options) {
+  check_outputs({{"FILE", options.file}}, {{"--json", options.json}});
   const nn::Safetensors file(options.file);
   std::optional<nn::Model> model;
   // Reading the model checks that it would work, not only that it can be listed.
   if (kind_of(file) != "tensors") model = nn::read_model(file);
 
-  fmt::print("{}: {}, {:.1f} MB\n", options.file, kind_of(file),
-             static_cast<double>(std::filesystem::file_size(options.file)) / 1e6);
+  say(stdout, "{}: {}, {:.1f} MB\n", options.file, kind_of(file),
+      static_cast<double>(std::filesystem::file_size(options.file)) / 1e6);
   if (model) print_model(*model);
   for (const auto& [key, text] : file.metadata()) {
-    if (key != nn::kModelMetadataKey) fmt::print("{}: {}\n", key, text);
+    if (key != nn::kModelMetadataKey) say(stdout, "{}: {}\n", key, text);
   }
   if (kind_of(file) == "checkpoint") {
-    fmt::print("training.progress: iteration {}\n", file.read_integers("training.progress").at(0));
+    say(stdout, "training.progress: iteration {}\n", file.read_integers("training.progress").at(0));
   }
   TextTable table({"tensor", "dtype", "shape", "bytes"}, {1, 2});
   for (const nn::SafetensorsEntry& entry : file.tensors()) {
     table.add_row({entry.name, std::string(nn::dtype_name(entry.dtype)), entry.shape_str(),
                    fmt::format("{}", entry.bytes.size())});
   }
-  fmt::print("{}", table.str());
-  if (!options.json.empty()) {
-    nn::write_text_file(options.json, describe(file, model ? &*model : nullptr).dump(1) + "\n");
-  }
+  say(stdout, "{}", table.str());
+  write_json_file(options.json, describe(file, model ? &*model : nullptr));
 }
 
 }  // namespace

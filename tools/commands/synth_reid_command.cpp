@@ -5,6 +5,7 @@
 #include <string>
 
 #include "command.h"
+#include "console.h"
 #include "progress.h"
 #include "stop_signal.h"
 #include "synth_reid.h"
@@ -20,16 +21,18 @@ struct SynthReidCommand {
   void run() const {
     reid.validate();
     const StopSignal stop;
-    int done = 0;
+    bool whole = false;
     {
       Progress progress("drawing", reid.images(), "images");
-      write_synth_reid(output, reid, [&](int images) {
-        progress.update(done = images);
+      whole = write_synth_reid(output, reid, [&](int images) {
+        progress.update(images);
         return !stop.requested();
       });
     }
-    if (done == reid.images()) {
-      fmt::print("{}: {} people, {} images\n", output, reid.identities, reid.images());
+    if (whole) {
+      say(stdout, "{}: {} people, {} images\n", output, reid.identities, reid.images());
+    } else {
+      say(stdout, "stopped, nothing written\n");
     }
   }
 };

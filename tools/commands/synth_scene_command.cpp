@@ -5,6 +5,7 @@
 #include <string>
 
 #include "command.h"
+#include "console.h"
 #include "progress.h"
 #include "scene/scene_writer.h"
 #include "stop_signal.h"
@@ -19,17 +20,19 @@ struct SynthSceneCommand {
 
   void run() const {
     const StopSignal stop;
-    int done = 0;
+    bool whole = false;
     {
       Progress progress("drawing", scene.frames, "frames");
-      write_scene(output, scene, [&](int frames) {
-        progress.update(done = frames);
+      whole = write_scene(output, scene, [&](int frames) {
+        progress.update(frames);
         return !stop.requested();
       });
     }
-    if (done == scene.frames) {
-      fmt::print("{}: {} frames of {} x {}, {} walkers at a time\n", output, scene.frames,
-                 scene.width, scene.height, scene.walkers);
+    if (whole) {
+      say(stdout, "{}: {} frames of {} x {}, {} walkers at a time\n", output, scene.frames,
+          scene.width, scene.height, scene.walkers);
+    } else {
+      say(stdout, "stopped, nothing written\n");
     }
   }
 };
@@ -40,7 +43,7 @@ void add_synth_scene_command(CLI::App& synth) {
   auto command = std::make_shared<SynthSceneCommand>();
   CLI::App* sub = synth.add_subcommand(
       "scene", "A MOT sequence: frames with walkers, ground truth and noisy detections");
-  sub->add_option("--output", command->output, "Folder to make the sequence in")
+  sub->add_option("--output", command->output, "New or empty folder to make the sequence in")
       ->required()
       ->type_name("DIR");
   sub->add_option("--seed", command->scene.seed, "Another seed, another scene")

@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "command.h"
+#include "console.h"
+#include "output_paths.h"
 #include "progress.h"
 #include "sdmt/nn/output_file.h"
 #include "sdmt/track/mot_file.h"
@@ -97,7 +99,7 @@ std::string chosen_detections(const std::string& detections, const std::string& 
   return std::filesystem::exists(file) ? file.string() : "hog";
 }
 
-void warn(const std::string& text) { fmt::print(stderr, "sdmt track: warning: {}\n", text); }
+void warn(const std::string& text) { say(stderr, "sdmt track: warning: {}\n", text); }
 
 // The detections of a file; says what may be wrong with their scores.
 track::DetectionFile read_detections(const std::string& path, track::TrackerOptions& options) {
@@ -165,6 +167,13 @@ void TrackCommand::run() const {
   }
 
   // Everything that can be wrong with the outputs is found before the work begins.
+  check_outputs(
+      {{"INPUT", input}, {"--detections", hog_wanted ? "" : wanted}, {"--model", tracker.model}},
+      {{"--output", output},
+       {"--jsonl", jsonl},
+       {"--render", render},
+       {"--json", json},
+       {"--explain", explain}});
   std::vector<std::unique_ptr<TrackWriter>> writers;
   if (!output.empty()) writers.push_back(make_mot_writer(output));
   if (!jsonl.empty()) writers.push_back(make_jsonl_writer(jsonl));
@@ -176,7 +185,7 @@ void TrackCommand::run() const {
   }
   std::optional<nn::OutputFile> json_file;
   if (!json.empty()) json_file.emplace(json);
-  const auto appearance = tracker.load_appearance();
+  const auto appearance = tracker.load_appearance(warn);
   track::Tracker engine(options, appearance.get());
   std::optional<Explanation> explanation;
   if (!explain.empty()) explanation.emplace(explain, engine);
@@ -205,8 +214,8 @@ void TrackCommand::run() const {
     json_file->commit();
   }
   std::FILE* out = jsonl == "-" ? stderr : stdout;
-  fmt::print(out, "{}", run_summary(report));
-  if (stats) fmt::print(out, "{}", stage_table(report));
+  say(out, "{}", run_summary(report));
+  if (stats) say(out, "{}", stage_table(report));
 }
 
 }  // namespace

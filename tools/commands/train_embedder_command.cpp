@@ -17,9 +17,11 @@
 #include <vector>
 
 #include "command.h"
+#include "console.h"
+#include "json_file.h"
+#include "output_paths.h"
 #include "progress.h"
 #include "sdmt/nn/model_file.h"
-#include "sdmt/nn/output_file.h"
 #include "sdmt/train/pair_classifier.h"
 #include "sdmt/train/trainer.h"
 #include "sdmt/train/training_log.h"
@@ -76,8 +78,8 @@ nn::Model starting_model(const Arguments& arguments) {
     const auto ignored = nn::load_trunk(arguments.trunk, model.network);
     model.metadata.provenance = "trunk from " + fs::path(arguments.trunk).filename().string();
     if (!ignored.empty()) {
-      fmt::print("{}: {} tensors besides conv1_1 to conv3_3 are ignored, the first is {}\n",
-                 arguments.trunk, ignored.size(), ignored.front());
+      say(stdout, "{}: {} tensors besides conv1_1 to conv3_3 are ignored, the first is {}\n",
+          arguments.trunk, ignored.size(), ignored.front());
     }
   }
   return model;
@@ -85,16 +87,16 @@ nn::Model starting_model(const Arguments& arguments) {
 
 void describe(const train::TrainingSet& set, const Arguments& arguments,
               const train::Trainer& trainer) {
-  fmt::print("training on {} images of {} people\n", set.images.size(), set.identities.size());
+  say(stdout, "training on {} images of {} people\n", set.images.size(), set.identities.size());
   for (const auto& validation : set.validation) {
-    fmt::print("validating on {}: {} images of {} people\n", validation.name,
-               validation.images.size(), validation.labels.back() + 1);
+    say(stdout, "validating on {}: {} images of {} people\n", validation.name,
+        validation.images.size(), validation.labels.back() + 1);
   }
-  for (const auto& path : set.unreadable) fmt::print("left out, unreadable: {}\n", path.string());
+  for (const auto& path : set.unreadable) say(stdout, "left out, unreadable: {}\n", path.string());
   if (trainer.cache_bytes() > 0) {
-    fmt::print("features of {} views of each image take {} MiB {}\n", arguments.trainer.views,
-               trainer.cache_bytes() >> 20,
-               arguments.feature_cache.empty() ? "of memory" : "in " + arguments.feature_cache);
+    say(stdout, "features of {} views of each image take {} MiB {}\n", arguments.trainer.views,
+        trainer.cache_bytes() >> 20,
+        arguments.feature_cache.empty() ? "of memory" : "in " + arguments.feature_cache);
   }
 }
 
@@ -121,14 +123,14 @@ bool run(train::Trainer& trainer, const Arguments& arguments, const StopSignal& 
       const train::TrainingStep step = trainer.step();
       const double rate = batch / std::max(seconds_since(step_start), 1e-9);
       loss = step.loss;
-      if (!step.warning.empty()) fmt::print(stderr, "warning: {}\n", step.warning);
+      if (!step.warning.empty()) say(stderr, "warning: {}\n", step.warning);
       std::optional<train::Validation> validation;
       if (trainer.validation_due()) {
         validation = trainer.validate();
         if (!validation->auc.empty()) {
-          fmt::print("iteration {}: loss {:.5f}, active negatives {:.2f}, validation AUC{}{}\n",
-                     step.iteration, step.loss, step.mining.active_negatives, scores(*validation),
-                     validation->best ? " (best)" : "");
+          say(stdout, "iteration {}: loss {:.5f}, active negatives {:.2f}, validation AUC{}{}\n",
+              step.iteration, step.loss, step.mining.active_negatives, scores(*validation),
+              validation->best ? " (best)" : "");
           std::fflush(stdout);
         }
         if (validation->best && !validation->auc.empty()) {
@@ -184,8 +186,8 @@ void run_pair_classifier(nn::Model& model, const train::TrainingSet& data,
     }
     progress->update(step.iteration, fmt::format("loss {:.4f}", step.loss));
     for (const auto& [name, auc] : step.auc) {
-      fmt::print("iteration {}: loss {:.4f}, validation AUC  {} {:.4f}{}\n", step.iteration,
-                 step.loss, name, auc, step.best ? " (best)" : "");
+      say(stdout, "iteration {}: loss {:.4f}, validation AUC  {} {:.4f}{}\n", step.iteration,
+          step.loss, name, auc, step.best ? " (best)" : "");
       std::fflush(stdout);
     }
     if (stop.requested()) throw Stopped();
@@ -195,9 +197,9 @@ void run_pair_classifier(nn::Model& model, const train::TrainingSet& data,
                                                    arguments.feature_cache);
     progress.reset();
     train::save_pair_classifier(arguments.output, model, classifier, arguments.storage);
-    fmt::print("wrote {}\n", arguments.output);
+    say(stdout, "wrote {}\n", arguments.output);
   } catch (const Stopped&) {
-    fmt::print("stopped, nothing written\n");
+    say(stdout, "stopped, nothing written\n");
   }
 }
 
@@ -209,10 +211,13 @@ void train_embedder(Arguments arguments) {
   if (arguments.checkpoint.empty()) arguments.checkpoint = arguments.output + ".checkpoint";
   arguments.trainer.validate();
   if (arguments.head == "pair-classifier") refuse_options_of_the_metric_head(arguments);
-  {
-    // Nobody trains for hours to learn that the result cannot be written.
-    const nn::OutputFile model(arguments.output), checkpoint(arguments.checkpoint);
-  }
+  // Nobody trains for hours to learn that the result cannot be written.
+  check_outputs({{"--trunk", arguments.trunk}, {"--model", arguments.model}},
+                {{"--output", arguments.output},
+                 {"--checkpoint", arguments.checkpoint},
+                 {"--log", arguments.log},
+                 {"--json", arguments.json},
+                 {"--feature-cache", arguments.feature_cache}});
 
   const StopSignal stop;
   nn::Model model = starting_model(arguments);
@@ -247,14 +252,30 @@ void train_embedder(Arguments arguments) {
 
   if (!run(trainer, arguments, stop, report)) {
     trainer.save_checkpoint(arguments.checkpoint);
-    fmt::print("stopped after iteration {}: go on with --resume {}\n", trainer.iteration(),
-               arguments.checkpoint);
+    say(stdout, "stopped after iteration {}: go on with --resume {}\n", trainer.iteration(),
+        arguments.checkpoint);
     return;
   }
   trainer.finish();
   nn::save_model(arguments.output, model, arguments.storage);
-  fmt::print("wrote {}\n", arguments.output);
-  if (!arguments.json.empty()) nn::write_text_file(arguments.json, report.dump(2) + "\n");
+  say(stdout, "wrote {}\n", arguments.output);
+  write_json_file(arguments.json, report);
+}
+
+// The value that a word stands for. CLI11's own transformer takes and lists numbers as well.
+template <typename Value>
+CLI::Validator by_name(const std::map<std::string, Value>& values) {
+  const auto replace = [values](std::string& text) {
+    const auto found = values.find(text);
+    if (found != values.end()) {
+      text = std::to_string(static_cast<int>(found->second));
+      return std::string();
+    }
+    std::string known;
+    for (const auto& [name, value] : values) known += (known.empty() ? "" : ", ") + name;
+    return fmt::format("'{}' is none of {}", text, known);
+  };
+  return {replace, ""};
 }
 
 void add_data_options(CLI::App& command, Arguments& a) {
@@ -296,10 +317,10 @@ void add_model_options(CLI::App& command, Arguments& a) {
   command.add_option("--tie", a.tie, "Blocks of the map that share FC1's weights, or none")
       ->capture_default_str();
   command.add_option("--storage", a.storage, "Of the weights: float32, float16 or int8 [float32]")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, nn::Storage>{{"float32", nn::Storage::float32},
-                                             {"float16", nn::Storage::float16},
-                                             {"int8", nn::Storage::int8}}));
+      ->transform(by_name<nn::Storage>({{"float32", nn::Storage::float32},
+                                        {"float16", nn::Storage::float16},
+                                        {"int8", nn::Storage::int8}}))
+      ->type_name("NAME");
 }
 
 void add_optimisation_options(CLI::App& command, train::TrainerOptions& o) {
@@ -307,13 +328,15 @@ void add_optimisation_options(CLI::App& command, train::TrainerOptions& o) {
   command.add_option("--identities", o.identities, "People in a batch (P)")->capture_default_str();
   command.add_option("--instances", o.instances, "Images of each (K)")->capture_default_str();
   command.add_option("--loss", o.loss.kind, "contrastive or triplet [contrastive]")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, train::LossKind>{
-          {"contrastive", train::LossKind::contrastive}, {"triplet", train::LossKind::triplet}}));
+      ->transform(by_name<train::LossKind>(
+          {{"contrastive", train::LossKind::contrastive}, {"triplet", train::LossKind::triplet}}))
+      ->type_name("NAME");
   command.add_option("--margin", o.loss.margin)->capture_default_str();
   command.add_option("--triplet-scale", o.loss.triplet_scale)->capture_default_str();
   command.add_option("--optimizer", o.optimizer, "adam or sgd [adam]")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, train::OptimizerKind>{
-          {"adam", train::OptimizerKind::adam}, {"sgd", train::OptimizerKind::sgd}}));
+      ->transform(by_name<train::OptimizerKind>(
+          {{"adam", train::OptimizerKind::adam}, {"sgd", train::OptimizerKind::sgd}}))
+      ->type_name("NAME");
   command.add_option("--lr", o.learning_rate, "Learning rate of the head")->capture_default_str();
   command.add_option("--trunk-lr-scale", o.trunk_lr_scale, "The trunk's, relative to the head's")
       ->capture_default_str();
@@ -321,10 +344,11 @@ void add_optimisation_options(CLI::App& command, train::TrainerOptions& o) {
   command.add_option("--weight-decay", o.weight_decay)->capture_default_str();
   command.add_option("--clip-norm", o.clip_norm, "Largest gradient norm [no limit]");
   command.add_option("--schedule", o.decay, "cosine, exponential or constant [cosine]")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, nn::LearningRateDecay>{
-          {"cosine", nn::LearningRateDecay::cosine},
-          {"exponential", nn::LearningRateDecay::exponential},
-          {"constant", nn::LearningRateDecay::constant}}));
+      ->transform(
+          by_name<nn::LearningRateDecay>({{"cosine", nn::LearningRateDecay::cosine},
+                                          {"exponential", nn::LearningRateDecay::exponential},
+                                          {"constant", nn::LearningRateDecay::constant}}))
+      ->type_name("NAME");
   command.add_option("--decay-start", o.decay_start, "Fraction of the iterations")
       ->capture_default_str();
   command.add_option("--final-lr", o.final_factor, "Last learning rate, relative to the first")

@@ -9,6 +9,9 @@
 #include <vector>
 
 #include "command.h"
+#include "console.h"
+#include "json_file.h"
+#include "output_paths.h"
 #include "progress.h"
 #include "sdmt/nn/model_file.h"
 #include "sdmt/nn/output_file.h"
@@ -54,8 +57,8 @@ std::vector<std::unique_ptr<CropFeature>> ValidateRocCommand::features(const fs:
   if (count * static_cast<std::size_t>(trunk->dimensions()) <= kMostValues) {
     features.push_back(std::move(trunk));
   } else {
-    fmt::print("the baseline of trunk features is left out: {} images would take more than 1 GB\n",
-               count);
+    say(stdout, "the baseline of trunk features is left out: {} images would take more than 1 GB\n",
+        count);
   }
   features.push_back(color_histogram_feature());
   return features;
@@ -63,10 +66,10 @@ std::vector<std::unique_ptr<CropFeature>> ValidateRocCommand::features(const fs:
 
 void ValidateRocCommand::run() const {
   validation.validate();
-  for (const std::string& path : {plot, report, json}) {
-    if (!path.empty()) nn::OutputFile file(path);  // can it be written? Known before the work
-  }
   const fs::path model_file = model.empty() ? find_default_model() : fs::path(model);
+  check_outputs({{"--model", model_file}, {"--pair-classifier", pair_classifier}},
+                {{"--plot", plot}, {"--report", report}, {"--json", json}});
+  if (write_threshold) check_outputs({}, {{"--model", model_file}});
   const auto listed = list_validation_crops(crops);
   const auto described_by = features(model_file, listed.size());
   DescribedCrops described;
@@ -75,22 +78,22 @@ void ValidateRocCommand::run() const {
     described =
         describe_crops(listed, described_by, [&](std::int64_t done) { progress.update(done); });
   }
-  for (const auto& path : described.unreadable) fmt::print("left out: {}\n", path.string());
+  for (const auto& path : described.unreadable) say(stdout, "left out: {}\n", path.string());
 
   const auto data = fs::weakly_canonical(crops.data).filename().string();
   const auto scores = score(described, described_by, validation, data);
-  fmt::print("{}", to_text(scores));
+  say(stdout, "{}", to_text(scores));
   if (!plot.empty()) nn::write_text_file(plot, validation_plot(scores));
   if (!report.empty()) {
     nn::write_text_file(report,
                         validation_report(scores, described, model_file.filename().string()));
   }
-  if (!json.empty()) nn::write_text_file(json, to_json(scores).dump(2) + "\n");
+  write_json_file(json, to_json(scores));
   if (write_threshold) {
     nn::ModelMetadata metadata = nn::load_model(model_file).metadata;
     metadata.tau_a = {scores.chosen.tau_a, scores.chosen.criterion, scores.chosen.fpr};
     nn::rewrite_metadata(model_file, metadata);
-    fmt::print("written to {}\n", model_file.string());
+    say(stdout, "written to {}\n", model_file.string());
   }
 }
 

@@ -28,8 +28,16 @@ ordered_json fields_json(const eval::Scores& scores, std::int64_t idsw_trackeval
   return fields;
 }
 
+// A text as one cell of CSV (RFC 4180).
+std::string csv_cell(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string cell = "\"";
+  for (const char c : text) cell += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return cell + "\"";
+}
+
 std::string csv_row(const std::string& name, const eval::Scores& scores) {
-  std::string row = name;
+  std::string row = csv_cell(name);
   for (const auto& field : eval::score_fields(scores)) {
     std::visit([&](const auto value) { row += fmt::format(",{}", value); }, field.value);
   }

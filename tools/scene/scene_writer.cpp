@@ -8,10 +8,10 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "jpeg.h"
+#include "new_data_folder.h"
 #include "scene/ground_camera.h"
 #include "scene/plaza.h"
 #include "scene/walkers.h"
@@ -144,17 +144,6 @@ std::string sequence_info(const fs::path& folder, const SceneOptions& options) {
       name, options.frame_rate, options.frames, options.width, options.height);
 }
 
-void make_folders(const fs::path& folder) {
-  for (const char* name : {"img1", "gt", "det"}) {
-    std::error_code failed;
-    fs::create_directories(folder / name, failed);
-    if (failed) {
-      throw std::invalid_argument(
-          fmt::format("{}: cannot be made: {}", (folder / name).string(), failed.message()));
-    }
-  }
-}
-
 void check(const char* field, double value, double low, double high) {
   if (value >= low && value <= high) return;
   throw std::invalid_argument(
@@ -171,10 +160,10 @@ void SceneOptions::validate() const {
   check("frame_rate", frame_rate, 1, 1000);
 }
 
-void write_scene(const fs::path& folder, const SceneOptions& options,
+bool write_scene(const fs::path& folder, const SceneOptions& options,
                  const std::function<bool(int)>& progress) {
   options.validate();
-  make_folders(folder);
+  NewDataFolder unfinished(folder, {"img1", "gt", "det"});
   const GroundCamera camera({options.width, options.height});
   const Plaza plaza(camera, options.seed);
   Walkers walkers(camera, options.walkers, nn::Random(options.seed, 10));
@@ -200,11 +189,13 @@ void write_scene(const fs::path& folder, const SceneOptions& options,
     }
     detections += false_alarm(frame, camera, detector);
     walkers.step(1 / options.frame_rate);
-    if (!progress(frame)) return;
+    if (!progress(frame)) return false;
   }
   nn::write_text_file(folder / "gt" / "gt.txt", truth);
   nn::write_text_file(folder / "det" / "det.txt", detections);
   nn::write_text_file(folder / "seqinfo.ini", sequence_info(folder, options));
+  unfinished.keep();
+  return true;
 }
 
 }  // namespace sdmt::tools

@@ -18,13 +18,14 @@ struct SceneOptions {
   void validate() const;
 };
 
-/// Makes a MOTChallenge sequence in `folder` (made if needed): img1 (JPEG), seqinfo.ini, gt/gt.txt
+/// Makes a MOTChallenge sequence in `folder` (new or empty): img1 (JPEG), seqinfo.ini, gt/gt.txt
 /// (MOT16 columns, with the visible share of each box) and det/det.txt. The detector is made up
 /// too: it misses people, the hidden ones most, moves and resizes boxes at random, and sees some
 /// where there are none; scores are in 0..1. The same options give the same bytes.
-/// `progress` is called with the number of frames that are done; returning false ends the work, and
-/// nothing but images is then left. Throws as nn::OutputFile.
-void write_scene(const std::filesystem::path& folder, const SceneOptions& options,
+/// `progress` is called with the number of frames that are done; returning false ends the work:
+/// then nothing is left, and the function returns false. Throws std::invalid_argument when `folder`
+/// already holds anything or cannot be made, std::runtime_error when writing fails.
+bool write_scene(const std::filesystem::path& folder, const SceneOptions& options,
                  const std::function<bool(int)>& progress);
 
 }  // namespace sdmt::tools

@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <chrono>
 #include <stdexcept>
 #include <vector>
@@ -61,6 +62,12 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
   if (report.unreadable > 0 && report.unreadable == read) {
     throw std::invalid_argument(
         fmt::format("none of the {} frames could be read: {}", read, first_problem));
+  }
+  // Some containers only estimate their length: a frame or two, or one in a hundred, say nothing.
+  const int missing = frames.frame_count() - read;
+  if (!stopped && missing > std::max(2, frames.frame_count() / 100)) {
+    warn(fmt::format("the input ends after {} of its {} frames; it is damaged or incomplete", read,
+                     frames.frame_count()));
   }
   if (!stopped && detections.last_frame() > read) {
     warn(fmt::format("there are detections up to frame {}, but only {} frames; the rest is ignored",

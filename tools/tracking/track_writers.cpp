@@ -67,10 +67,8 @@ class JsonlWriter : public TrackWriter {
     const std::string line = jsonl_line(frame);
     if (file_) {
       file_->write(line);
-    } else if (std::fwrite(line.data(), 1, line.size(), stdout) != line.size() ||
-               std::fflush(stdout) != 0) {
-      throw std::runtime_error(std::string("standard output: write failed: ") +
-                               std::strerror(errno));
+    } else if (!deserted_) {
+      print(line);
     }
   }
   void commit() override {
@@ -78,7 +76,18 @@ class JsonlWriter : public TrackWriter {
   }
 
  private:
+  void print(const std::string& line) {
+    const bool printed =
+        std::fwrite(line.data(), 1, line.size(), stdout) == line.size() && std::fflush(stdout) == 0;
+    if (printed) return;
+    // SIGPIPE came with it and ends the run; the other outputs shall still become whole.
+    deserted_ = errno == EPIPE;
+    if (deserted_) return;
+    throw std::runtime_error(std::string("standard output: write failed: ") + std::strerror(errno));
+  }
+
   std::optional<nn::OutputFile> file_;  // empty: standard output
+  bool deserted_ = false;               // nobody reads standard output any more
 };
 
 }  // namespace

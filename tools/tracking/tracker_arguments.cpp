@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tracking/tracker_arguments.h"
 
+#include <fmt/core.h>
+
 #include <filesystem>
 #include <set>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include "sdmt/nn/model_file.h"
 #include "sdmt/track/embedding_appearance.h"
@@ -26,6 +29,7 @@ void add_table_option(CLI::App& command, track::TrackerOptions& options,
   const auto set = [&options, &entry, flag](const std::string& text) {
     try {
       entry.set(options, text);
+      options.validate();  // here, where the option is known by its name
     } catch (const std::invalid_argument& error) {
       throw CLI::ValidationError(flag, error.what());
     }
@@ -34,7 +38,8 @@ void add_table_option(CLI::App& command, track::TrackerOptions& options,
   if (entry.is_switch) {
     option = command.add_flag_function(
         flag + ",!--no-" + entry.name,
-        [set](std::int64_t count) { set(count > 0 ? "true" : "false"); }, entry.help);
+        [set](std::int64_t count) { set(count > 0 ? "true" : "false"); },
+        std::string(entry.help) + (entry.get(options) == "true" ? " [on]" : " [off]"));
   } else {
     option = command.add_option_function<std::string>(flag, set, entry.help);
     option->type_name("")->default_str(entry.get(options));
@@ -60,11 +65,26 @@ void add_tracker_arguments(CLI::App& command, TrackerArguments& arguments) {
   }
 }
 
-std::unique_ptr<track::AppearanceModel> TrackerArguments::load_appearance() const {
+std::unique_ptr<track::AppearanceModel> TrackerArguments::load_appearance(
+    const Warning& warning) const {
   if (!uses_appearance()) return nullptr;
   if (appearance == "histogram") return std::make_unique<track::HistogramAppearance>();
-  const auto file = model.empty() ? find_default_model() : std::filesystem::path(model);
-  return std::make_unique<track::EmbeddingAppearance>(nn::load_model(file));
+  const bool needs_threshold = !options.appearance_threshold;
+  return load_network_appearance(
+      model, needs_threshold ? warning : [](const std::string&) {});
+}
+
+std::unique_ptr<track::AppearanceModel> load_network_appearance(const std::string& file,
+                                                                const Warning& warning) {
+  const auto path = file.empty() ? find_default_model() : std::filesystem::path(file);
+  nn::Model model = nn::load_model(path);
+  if (!model.metadata.tau_a) {
+    warning(
+        fmt::format("{}: holds no tau_a, {} is taken; a threshold fits one network only: "
+                    "measure it with sdmt validate-roc --write-threshold",
+                    path.string(), nn::AffinityThreshold{}.value));
+  }
+  return std::make_unique<track::EmbeddingAppearance>(std::move(model));
 }
 
 }  // namespace sdmt::tools

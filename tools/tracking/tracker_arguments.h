@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -9,6 +10,9 @@
 #include "sdmt/track/tracker_options.h"
 
 namespace sdmt::tools {
+
+/// Gets what is odd, but no error.
+using Warning = std::function<void(const std::string&)>;
 
 /// The tracker as the command line describes it: the tuned preset and what differs from it.
 struct TrackerArguments {
@@ -19,12 +23,17 @@ struct TrackerArguments {
 
   bool uses_appearance() const { return !no_appearance && appearance != "none"; }
   /// The appearance model; nullptr when none is used. Throws as nn::load_model().
-  std::unique_ptr<track::AppearanceModel> load_appearance() const;
+  std::unique_ptr<track::AppearanceModel> load_appearance(const Warning& warning) const;
 };
+
+/// The appearance of an embedding network; an empty `file` means the shipped one. Warns when it
+/// holds no tau_a. Throws as nn::load_model().
+std::unique_ptr<track::AppearanceModel> load_network_appearance(const std::string& file,
+                                                                const Warning& warning);
 
 /// Adds --model, --appearance, --no-appearance and an option for every entry of
 /// track::tracker_option_table(); switches also as --no-NAME. `arguments` must live until the
-/// command line is parsed. The ranges are checked by TrackerOptions::validate().
+/// command line is parsed. What TrackerOptions::validate() refuses is reported with the option.
 void add_tracker_arguments(CLI::App& command, TrackerArguments& arguments);
 
 }  // namespace sdmt::tools

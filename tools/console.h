@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <string_view>
+#include <utility>
+
+namespace sdmt::tools {
+
+/// Text for whoever watches. Never throws: work of hours must not end because the disk of a log is
+/// full or the reader of a pipe has left. main() reports at the end what standard output did not
+/// take.
+void write_console(std::FILE* stream, std::string_view text);
+
+template <typename... Args>
+void say(std::FILE* stream, fmt::format_string<Args...> text, Args&&... args) {
+  write_console(stream, fmt::format(text, std::forward<Args>(args)...));
+}
+
+/// Writes what is still buffered; 0, or the errno with which standard output failed, now or before.
+int flush_standard_output();
+
+/// Puts /dev/null in place of those of descriptors 0 to 2 that are closed. Otherwise the next file
+/// that is opened would get the number, and with it the messages meant for the terminal.
+void open_standard_streams();
+
+}  // namespace sdmt::tools

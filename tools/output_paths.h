@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace sdmt::tools {
+
+/// A file named by an option; an empty path or "-" is none.
+struct NamedPath {
+  const char* option;
+  std::filesystem::path path;
+};
+
+/// Finds before the work what would spoil its results after it. Throws std::invalid_argument when
+/// two outputs are one file, an output is one of the inputs, or its folder does not exist;
+/// std::runtime_error when it cannot be written. Devices such as /dev/null may be given twice.
+void check_outputs(const std::vector<NamedPath>& inputs, const std::vector<NamedPath>& outputs);
+
+}  // namespace sdmt::tools
