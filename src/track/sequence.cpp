@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sdmt/track/sequence.h"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "delimited_text.h"
@@ -50,7 +51,10 @@ fs::path Sequence::image(int frame) const {
 
 bool Sequence::has_images() const {
   std::error_code error;
-  return fs::exists(image(1), error);
+  const fs::directory_iterator files(folder / image_folder, error);
+  return !error && std::any_of(begin(files), end(files), [this](const fs::directory_entry& file) {
+    return file.path().extension() == image_extension;
+  });
 }
 
 }  // namespace sdmt::track

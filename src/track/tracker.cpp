@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <stdexcept>
 #include <utility>
 
 #include "detection_assignment.h"
@@ -62,6 +63,9 @@ struct Tracker::State {
                     options.association_threshold.value_or(assignment_threshold(options, model))),
         output(options) {}
 
+  void require_open() const {
+    if (ended) throw std::logic_error("Tracker: finish() was called, nothing can follow it");
+  }
   void accept(std::span<const Detection> given);
   void predict();
   void embed(const nn::ImageView* image);
@@ -86,6 +90,7 @@ struct Tracker::State {
   TrackletAssociation association;
   TrackOutput output;
 
+  bool ended = false;
   int frame = 0;
   int last_id = 0;
   Tracklets active;  // by id
@@ -105,6 +110,7 @@ Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 
 const std::vector<FinishedFrame>& Tracker::update(std::span<const Detection> detections,
                                                   const nn::ImageView* frame) {
+  state_->require_open();
   state_->accept(detections);
   state_->predict();
   state_->embed(frame);
@@ -117,6 +123,8 @@ const std::vector<FinishedFrame>& Tracker::update(std::span<const Detection> det
 }
 
 const std::vector<FinishedFrame>& Tracker::finish() {
+  state_->require_open();
+  state_->ended = true;
   state_->associate();
   state_->emit(true);
   return state_->output.finished();

@@ -137,10 +137,14 @@ TEST_F(Evaluate, RenderDrawsTheFramesOfEvents) {
   write_file(work / "nobody.txt", "2,1,5,5,20,40,1,-1,-1,-1\n");
   const std::vector<std::string> words{"evaluate",          "--gt",    work / "scene", "--results",
                                        work / "nobody.txt", "--render"};
+  auto without_parent = words;
+  without_parent.push_back(work / "no/drawn");
+  const auto refused = run_sdmt(without_parent);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_EQ(refused.out, "");
+  EXPECT_THAT(refused.err, HasSubstr("no/drawn: the folder cannot be made"));
   auto with_folder = words;
   with_folder.push_back(work / "drawn");
-  EXPECT_THAT(run_sdmt(with_folder).err, HasSubstr("drawn: no such folder"));
-  fs::create_directory(work / "drawn");
   const auto result = run_sdmt(with_folder);
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("1 frames drawn"));

@@ -159,6 +159,15 @@ TEST_F(TrackInput, AnUnreadableFrameIsNamedAndCounted) {
   EXPECT_EQ(report["unreadable_frames"], 2);
 }
 
+TEST_F(TrackInput, WithoutItsFirstFrameASequenceStillHasFrames) {
+  const auto scene = picture_sequence("s", 5);
+  std::filesystem::remove(folder_ / "s/img1/000001.jpg");
+  const auto result = track(scene, {"--appearance", "histogram"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("000001.jpg: does not exist"));
+  EXPECT_THAT(result.out, HasSubstr("1 frames were unreadable"));
+}
+
 TEST_F(TrackInput, NothingReadableIsAnError) {
   const auto scene = picture_sequence("s", 3);
   for (int frame = 1; frame <= 3; ++frame) {

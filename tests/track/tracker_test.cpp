@@ -460,7 +460,7 @@ TEST(Tracker, RefusesImpossibleDetectionsAndGoesOn) {
   const std::pair<Detection, const char*> cases[] = {
       {{{nan, 0, 1, 1}, 1}, "detection 1: left is nan, expected -1e12..1e12"},
       {{{0, inf, 1, 1}, 1}, "detection 1: top is inf"},
-      {{{0, 0, 0, 1}, 1}, "detection 1: width is 0.000000, expected > 0"},
+      {{{0, 0, 0, 1}, 1}, "detection 1: width is 0, expected > 0"},
       {{{0, 0, 1, -4}, 1}, "detection 1: height is -4, expected > 0"},
       {{{0, 0, 1e13, 4}, 1}, "detection 1: width is"},
       {{{0, 0, 1, 4}, nan}, "detection 1: score is nan"},
@@ -478,6 +478,15 @@ TEST(Tracker, RefusesImpossibleDetectionsAndGoesOn) {
   const auto& finished = tracker.finish();
   ASSERT_EQ(finished.size(), 10u);
   EXPECT_EQ(finished[0].boxes.size(), 1u);
+}
+
+TEST(Tracker, NothingFollowsTheEnd) {
+  Tracker tracker;
+  tracker.update(std::vector<Detection>{});
+  tracker.finish();
+  EXPECT_THROW(tracker.update(std::vector<Detection>{}), std::logic_error);
+  EXPECT_THROW(tracker.finish(), std::logic_error);
+  EXPECT_EQ(tracker.stats().frames, 1);
 }
 
 TEST(Tracker, FramesWithoutImageAreTrackedByMotion) {

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <stdexcept>
+#include <system_error>
 
 #include "command.h"
 #include "console.h"
@@ -123,12 +124,22 @@ std::vector<SequenceEvents> explain(const Evaluation& evaluation,
   return all;
 }
 
+void make_folder(const fs::path& folder) {
+  std::error_code failed;
+  fs::create_directory(folder, failed);
+  if (!fs::is_directory(folder)) {
+    throw std::invalid_argument(fmt::format("--render {}: the folder cannot be made: {}",
+                                            folder.string(), failed.message()));
+  }
+}
+
 void run(const EvaluateOptions& options) {
   options.events.validate();
   std::vector<NamedPath> inputs;
   for (const auto& path : options.results) inputs.push_back({"--results", path});
   check_outputs(inputs,
                 {{"--json", options.json}, {"--csv", options.csv}, {"--report", options.report}});
+  if (!options.render.empty()) make_folder(options.render);
   const auto evaluation = evaluate(options);
   say(stdout, "{}, counted as {}\n{}", eval::to_string(evaluation.benchmark),
       evaluation.compat == eval::Compat::devkit ? "the MATLAB devkit" : "TrackEval",

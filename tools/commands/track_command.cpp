@@ -216,6 +216,10 @@ void TrackCommand::run() const {
   std::FILE* out = jsonl == "-" ? stderr : stdout;
   say(out, "{}", run_summary(report));
   if (stats) say(out, "{}", stage_table(report));
+  if (source->endless() && !stop.requested()) {
+    throw std::runtime_error(fmt::format(
+        "{}: gives no more frames; the {} that it gave are written", input, report.stats.frames));
+  }
 }
 
 }  // namespace

@@ -19,6 +19,7 @@
 #include "command.h"
 #include "console.h"
 #include "json_file.h"
+#include "named_values.h"
 #include "output_paths.h"
 #include "progress.h"
 #include "sdmt/nn/model_file.h"
@@ -260,22 +261,6 @@ void train_embedder(Arguments arguments) {
   nn::save_model(arguments.output, model, arguments.storage);
   say(stdout, "wrote {}\n", arguments.output);
   write_json_file(arguments.json, report);
-}
-
-// The value that a word stands for. CLI11's own transformer takes and lists numbers as well.
-template <typename Value>
-CLI::Validator by_name(const std::map<std::string, Value>& values) {
-  const auto replace = [values](std::string& text) {
-    const auto found = values.find(text);
-    if (found != values.end()) {
-      text = std::to_string(static_cast<int>(found->second));
-      return std::string();
-    }
-    std::string known;
-    for (const auto& [name, value] : values) known += (known.empty() ? "" : ", ") + name;
-    return fmt::format("'{}' is none of {}", text, known);
-  };
-  return {replace, ""};
 }
 
 void add_data_options(CLI::App& command, Arguments& a) {

@@ -12,6 +12,7 @@
 #include <opencv2/videoio.hpp>
 #include <set>
 #include <stdexcept>
+#include <string_view>
 #include <vector>
 
 #include "sdmt/track/sequence.h"
@@ -21,6 +22,8 @@ namespace sdmt::tools {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::string_view kCamera = "camera:";
 
 // Every digit run padded to one length, so that comparing texts compares the numbers in them.
 std::string natural_key(const std::string& name) {
@@ -164,6 +167,7 @@ class Video : public FrameSource {
     const double rate = capture_.get(cv::CAP_PROP_FPS);
     return std::isfinite(rate) && rate > 0 && rate <= 1000 ? rate : 0;
   }
+  bool endless() const override { return name_.starts_with(kCamera); }
   bool repeatable() const override { return !live_; }
 
  private:
@@ -174,7 +178,7 @@ class Video : public FrameSource {
 };
 
 int camera_index(const std::string& input) {
-  const std::string digits = input.substr(std::string("camera:").size());
+  const std::string digits = input.substr(kCamera.size());
   if (digits.empty() || digits.size() > 3 ||
       !std::all_of(digits.begin(), digits.end(),
                    [](unsigned char c) { return std::isdigit(c) != 0; })) {
@@ -186,7 +190,7 @@ int camera_index(const std::string& input) {
 }  // namespace
 
 std::unique_ptr<FrameSource> open_frame_source(const std::string& input) {
-  if (input.starts_with("camera:")) {
+  if (input.starts_with(kCamera)) {
     return std::make_unique<Video>(input, cv::VideoCapture(camera_index(input)));
   }
   if (input.find("://") != std::string::npos) {

@@ -30,6 +30,8 @@ class FrameSource {
   virtual double frame_rate() const = 0;
   /// Whether frames come with images at all; false for a MOT sequence without its img1.
   virtual bool has_images() const { return true; }
+  /// Whether it has no end of its own, as a camera: when frames stop coming, it was lost.
+  virtual bool endless() const { return false; }
   /// Whether the input can be opened again to see the same frames.
   virtual bool repeatable() const { return true; }
 };

@@ -28,7 +28,7 @@ struct Sequence {
   std::filesystem::path image(int frame) const;
   std::filesystem::path detections() const { return folder / "det" / "det.txt"; }
   std::filesystem::path ground_truth() const { return folder / "gt" / "gt.txt"; }
-  /// True when the first frame's image exists.
+  /// True when the image folder holds any image of the extension.
   bool has_images() const;
 };
 

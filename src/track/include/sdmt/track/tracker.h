@@ -78,7 +78,7 @@ class Tracker {
                                            const nn::ImageView* frame = nullptr);
 
   /// The end of the input: one last association, then all frames still held back. Afterwards only
-  /// stats() may be called.
+  /// stats() may be called, update() and finish() throw std::logic_error.
   const std::vector<FinishedFrame>& finish();
 
   const TrackerStats& stats() const;
