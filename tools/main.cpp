@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
@@ -117,9 +118,7 @@ int finish(const std::function<int(const std::string&, int)>& report) {
   return report(std::string("standard output: write failed: ") + std::strerror(error), kFailure);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   open_standard_streams();
   // Writing to a closed pipe or beyond the largest file allowed fails with a message, and takes
   // what is half written along.
@@ -166,4 +165,15 @@ int main(int argc, char** argv) {
     return report(error.what(), kFailure);
   }
   return finish(report);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (...) {  // even the message could not be made
+    std::fputs("sdmt: out of memory\n", stderr);
+    return kFailure;
+  }
 }
