@@ -135,9 +135,18 @@ class MotSequence : public FrameSource {
   int last_ = 0;
 };
 
+// Left to itself, OpenCV asks for a camera of that name, too, when no decoder knows the file.
+cv::VideoCapture open_video_file(const std::string& file) {
+  cv::VideoCapture capture;
+  for (const int decoder : {cv::CAP_FFMPEG, cv::CAP_GSTREAMER, cv::CAP_OPENCV_MJPEG}) {
+    if (capture.open(file, decoder)) break;
+  }
+  return capture;
+}
+
 class Video : public FrameSource {
  public:
-  explicit Video(const std::string& file) : name_(file), capture_(file) {
+  explicit Video(const std::string& file) : name_(file), capture_(open_video_file(file)) {
     if (!capture_.isOpened()) {
       throw std::invalid_argument(file + ": is not a video that can be decoded");
     }
