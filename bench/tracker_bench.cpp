@@ -25,12 +25,12 @@ struct Walker {
 
 // Walkers with a jitter of 2 pixels, misses, weak boxes, occlusions of up to 40 frames, and false
 // boxes.
-std::vector<std::vector<Detection>> crowd(int people) {
+std::vector<std::vector<mot::Detection>> crowd(int people) {
   nn::Random random(5);
   const double scale = std::sqrt(people / 15.0);
   const auto place = [&] { return random.uniform(0, 1920 * scale); };
   std::vector<Walker> walkers;
-  std::vector<std::vector<Detection>> frames(kFrames);
+  std::vector<std::vector<mot::Detection>> frames(kFrames);
   for (int frame = 0; frame < kFrames; ++frame) {
     auto& detections = frames[static_cast<std::size_t>(frame)];
     while (static_cast<int>(walkers.size()) < people) {

@@ -22,10 +22,10 @@
 #include <string_view>
 #include <vector>
 
-#include "command.h"
-#include "config_arguments.h"
-#include "console.h"
-#include "stop_signal.h"
+#include "cli/command.h"
+#include "cli/config_arguments.h"
+#include "cli/console.h"
+#include "cli/stop_signal.h"
 
 namespace {
 

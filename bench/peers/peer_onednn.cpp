@@ -10,8 +10,8 @@
 #include "sdmt/nn/conv2d.h"
 #include "sdmt/nn/l2_normalize.h"
 #include "sdmt/nn/linear.h"
-#include "sdmt/nn/model_file.h"
 #include "sdmt/nn/sequential.h"
+#include "sdmt/reid/model_file.h"
 
 namespace {
 
@@ -23,7 +23,7 @@ constexpr auto kFloat = memory::data_type::f32;
 /// The network for one batch size: primitives and memory made once, weights in oneDNN's own order.
 class Network {
  public:
-  Network(nn::EmbeddingNetwork& network, int batch, dnnl::algorithm algorithm)
+  Network(reid::EmbeddingNetwork& network, int batch, dnnl::algorithm algorithm)
       : engine_(dnnl::engine::kind::cpu, 0), stream_(engine_), network_(network) {
     shape_ = network.input_shape(batch);
     input_ = memory({dims(shape_), kFloat, Tag::nhwc}, engine_);
@@ -42,7 +42,7 @@ class Network {
     input_.set_data_handle(const_cast<float*>(x.data()));
     for (auto& [primitive, arguments] : steps_) primitive.execute(stream_, arguments);
     stream_.wait();
-    nn::Tensor fc2({shape_.n, 1, 1, nn::kEmbeddingSize});
+    nn::Tensor fc2({shape_.n, 1, 1, reid::kEmbeddingSize});
     const auto* values = static_cast<const float*>(current_.get_data_handle());
     std::copy_n(values, fc2.size(), fc2.data());
     return network_.head().forward(fc2, nn::Mode::inference, 3);
@@ -147,7 +147,7 @@ class Network {
 
   dnnl::engine engine_;
   dnnl::stream stream_;
-  nn::EmbeddingNetwork& network_;
+  reid::EmbeddingNetwork& network_;
   nn::Shape shape_;
   memory input_;
   memory current_;
@@ -158,7 +158,7 @@ class Network {
 
 int main(int argc, char** argv) {
   if (argc != 3) return 2;
-  nn::Model model = nn::load_model(argv[1]);
+  reid::Model model = reid::load_model(argv[1]);
   const auto algorithm = std::string(argv[2]) == "winograd" ? dnnl::algorithm::convolution_winograd
                                                             : dnnl::algorithm::convolution_auto;
   std::map<int, std::unique_ptr<Network>> networks;

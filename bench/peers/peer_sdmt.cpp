@@ -4,16 +4,16 @@
 #include <memory>
 
 #include "peer.h"
-#include "sdmt/nn/model_file.h"
 #include "sdmt/nn/sequential.h"
 #include "sdmt/nn/sgd.h"
+#include "sdmt/reid/model_file.h"
 
 namespace {
 
 using namespace sdmt;
 
 /// One step of SGD with momentum; the gradient of the loss is the embedding itself.
-void train_step(nn::EmbeddingNetwork& network, nn::Optimizer& optimizer, const nn::Tensor& x,
+void train_step(reid::EmbeddingNetwork& network, nn::Optimizer& optimizer, const nn::Tensor& x,
                 bool frozen, nn::Tensor& feature_gradient) {
   optimizer.zero_grad();
   const nn::Mode trunk_mode = frozen ? nn::Mode::inference : nn::Mode::training;
@@ -30,7 +30,7 @@ void train_step(nn::EmbeddingNetwork& network, nn::Optimizer& optimizer, const n
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
   const std::string path = argv[1];
-  nn::Model model = nn::load_model(path);
+  reid::Model model = reid::load_model(path);
   std::map<int, nn::Tensor> inputs;
   const auto input = [&](int batch) -> const nn::Tensor& {
     if (!inputs.contains(batch)) inputs[batch] = peers::patches(batch);
@@ -46,7 +46,7 @@ int main(int argc, char** argv) {
       const nn::Tensor& y = model.network.forward(x, nn::Mode::inference);
       peers::print_values(y.image(0), y.image(batch - 1), y.shape().c);
     } else if (what == "train") {
-      static nn::Model trained = nn::load_model(path);
+      static reid::Model trained = reid::load_model(path);
       const bool frozen = mode == "frozen";
       auto parameters = trained.network.head().named_parameters();
       if (!frozen) {

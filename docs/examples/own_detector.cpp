@@ -3,7 +3,7 @@
 //
 //   find_package(sdmt REQUIRED COMPONENTS nn track)
 //   target_link_libraries(own_detector PRIVATE sdmt::track)
-#include <sdmt/nn/model_file.h>
+#include <sdmt/reid/model_file.h>
 #include <sdmt/track/embedding_appearance.h>
 #include <sdmt/track/histogram_appearance.h>
 #include <sdmt/track/tracker.h>
@@ -22,7 +22,7 @@ struct Camera {
   std::vector<std::uint8_t> pixels;
 
   int person_left() const { return 10 + frame; }
-  bool read(nn::ImageView& image) {
+  bool read(image::ImageView& image) {
     if (++frame > kFrames) return false;
     pixels.assign(std::size_t{3} * kWidth * kHeight, 128);
     for (int y = 80; y < 160; ++y) {
@@ -31,12 +31,12 @@ struct Camera {
         pixel[0] = 40, pixel[1] = 40, pixel[2] = 200;
       }
     }
-    image = {pixels.data(), kWidth, kHeight, 3 * kWidth, nn::ChannelOrder::bgr};
+    image = {pixels.data(), kWidth, kHeight, 3 * kWidth, image::ChannelOrder::bgr};
     return true;
   }
 };
 
-std::vector<track::Detection> detect(const Camera& camera) {
+std::vector<mot::Detection> detect(const Camera& camera) {
   // Boxes are left, top, width, height; the first pixel is 1. The score is a probability.
   return {{{camera.person_left() + 1.0, 81, 32, 80}, 0.95}};
 }
@@ -44,7 +44,8 @@ std::vector<track::Detection> detect(const Camera& camera) {
 int main(int argc, char** argv) {
   std::unique_ptr<track::AppearanceModel> appearance =
       std::make_unique<track::HistogramAppearance>();
-  if (argc > 1) appearance = std::make_unique<track::EmbeddingAppearance>(nn::load_model(argv[1]));
+  if (argc > 1)
+    appearance = std::make_unique<track::EmbeddingAppearance>(reid::load_model(argv[1]));
 
   const auto show = [](const std::vector<track::FinishedFrame>& finished) {
     for (const track::FinishedFrame& frame : finished)
@@ -54,7 +55,7 @@ int main(int argc, char** argv) {
   };
 
   Camera camera;
-  nn::ImageView image;
+  image::ImageView image;
   track::Tracker tracker(track::TrackerOptions{}, appearance.get());
   while (camera.read(image)) show(tracker.update(detect(camera), &image));
   show(tracker.finish());

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sdmt/track/assignment.h"
+#include "sdmt/mot/assignment.h"
 
 namespace sdmt::eval {
 
@@ -96,7 +96,7 @@ class Counter {
       similarity_.push_back(pair.similarity);
     }
     if (devkit_) force_kept_pairs(now);
-    const auto column_of = track::maximum_weight_assignment(
+    const auto column_of = mot::maximum_weight_assignment(
         static_cast<int>(now.gt_ids.size()), static_cast<int>(now.result_ids.size()), edges_);
     std::vector<Match> matches;
     for (std::size_t k = 0; k < edges_.size(); ++k) {
@@ -150,7 +150,7 @@ class Counter {
   const bool devkit_;
   std::vector<GtTrack> tracks_;
   std::vector<int> previously_matched_;
-  std::vector<track::AssignmentEdge> edges_;
+  std::vector<mot::AssignmentEdge> edges_;
   std::vector<double> similarity_;  // of edges_, without the bonus
   ClearScores scores_;
 };

@@ -89,7 +89,7 @@ class Finder {
     }
   }
 
-  void add_switch(const Match& match, const Person& person, int number, const track::Tlwh& box) {
+  void add_switch(const Match& match, const Person& person, int number, const mot::Tlwh& box) {
     TrackingEvent event;
     event.kind = EventKind::id_switch;
     event.first_frame = event.last_frame = number;
@@ -102,7 +102,7 @@ class Finder {
     events_.push_back(event);
   }
 
-  void miss(Person& person, int gt_id, int number, const track::Tlwh& box) {
+  void miss(Person& person, int gt_id, int number, const mot::Tlwh& box) {
     if (person.miss.boxes == 0) {
       person.miss.kind = EventKind::long_miss;
       person.miss.gt_id = sequence_.gt_labels[index(gt_id)];
@@ -119,7 +119,7 @@ class Finder {
   }
 
   void add_result(ResultTrack& track, int result_id, int number, bool matched,
-                  const track::Tlwh& box) {
+                  const mot::Tlwh& box) {
     TrackingEvent& event = track.event;
     if (event.track_boxes++ == 0) {
       event.kind = EventKind::false_track;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "sdmt/track/sequence.h"
+#include "sdmt/mot/sequence.h"
 
 namespace sdmt::eval {
 
@@ -27,8 +27,8 @@ std::string sequence_name(const fs::path& folder) {
 GroundTruth read_sequence_ground_truth(const fs::path& folder) {
   GroundTruth gt;
   gt.file = ground_truth_file(folder);
-  gt.rows = track::read_ground_truth(gt.file);
-  if (track::Sequence::is_sequence(folder)) gt.num_frames = track::Sequence::read(folder).length;
+  gt.rows = mot::read_ground_truth(gt.file);
+  if (mot::Sequence::is_sequence(folder)) gt.num_frames = mot::Sequence::read(folder).length;
   gt.has_length = gt.num_frames > 0;
   if (!gt.has_length && !gt.rows.empty()) gt.num_frames = gt.rows.back().frame;
   gt.name = sequence_name(folder);
@@ -45,7 +45,7 @@ std::vector<fs::path> find_sequences(const fs::path& path) {
     if (!entry.is_directory()) continue;
     if (fs::is_regular_file(ground_truth_file(entry.path()))) {
       folders.push_back(entry.path());
-    } else if (track::Sequence::is_sequence(entry.path())) {
+    } else if (mot::Sequence::is_sequence(entry.path())) {
       throw std::invalid_argument(entry.path().string() +
                                   ": has a seqinfo.ini but no ground truth, expected gt/gt.txt");
     }

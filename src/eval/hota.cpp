@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "pair_table.h"
-#include "sdmt/track/assignment.h"
+#include "sdmt/mot/assignment.h"
 
 namespace sdmt::eval {
 
@@ -82,7 +82,7 @@ void match_frames(const SequenceSimilarities& sequence, const PairTable& table,
                   const std::vector<double>& alignment, HotaScores& s,
                   std::vector<double>& matched) {
   const auto alphas = hota_alphas();
-  std::vector<track::AssignmentEdge> edges;
+  std::vector<mot::AssignmentEdge> edges;
   std::size_t first_overlap = 0;
   for (const auto& frame : sequence.frames) {
     edges.clear();
@@ -91,7 +91,7 @@ void match_frames(const SequenceSimilarities& sequence, const PairTable& table,
       const double agreement = alignment[table.of_overlap()[first_overlap + k]];
       edges.push_back({overlap.gt, overlap.result, agreement * overlap.similarity});
     }
-    const auto column_of = track::maximum_weight_assignment(
+    const auto column_of = mot::maximum_weight_assignment(
         static_cast<int>(frame.gt_ids.size()), static_cast<int>(frame.result_ids.size()), edges);
     AlphaCounts tp{};
     for (std::size_t k = 0; k < frame.overlaps.size(); ++k) {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "pair_table.h"
-#include "sdmt/track/assignment.h"
+#include "sdmt/mot/assignment.h"
 
 namespace sdmt::eval {
 
@@ -26,7 +26,7 @@ void take_ratios(IdentityScores& s) {
 
 IdentityScores identity(const SequenceSimilarities& sequence) {
   const PairTable table(sequence);
-  std::vector<track::AssignmentEdge> edges;
+  std::vector<mot::AssignmentEdge> edges;
   for (const auto& pair : table.pairs()) edges.push_back({pair.gt_id, pair.result_id, 0.0});
   std::size_t k = 0;
   for (const auto& frame : sequence.frames) {
@@ -38,7 +38,7 @@ IdentityScores identity(const SequenceSimilarities& sequence) {
   // Leaving a person or a result id alone costs its boxes; assigning the two saves the shared
   // frames twice. So the cheapest assignment is the one with most shared frames.
   const auto result_of =
-      track::maximum_weight_assignment(sequence.num_gt_ids, sequence.num_result_ids, edges);
+      mot::maximum_weight_assignment(sequence.num_gt_ids, sequence.num_result_ids, edges);
   double shared = 0;
   for (const auto& edge : edges) {
     if (result_of[static_cast<std::size_t>(edge.row)] == edge.column) shared += edge.weight;

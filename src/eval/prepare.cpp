@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "sdmt/track/assignment.h"
+#include "sdmt/mot/assignment.h"
 
 namespace sdmt::eval {
 
 namespace {
 
-using track::GroundTruthRow;
-using track::ResultRow;
+using mot::GroundTruthRow;
+using mot::ResultRow;
 
 template <typename Row>
 std::string where(const std::string& file, const Row& row) {
@@ -99,8 +99,8 @@ int last_counted_frame(const GroundTruth& gt, Benchmark benchmark) {
 }
 
 template <typename Row>
-std::vector<track::Tlwh> boxes_of(std::span<const Row> rows) {
-  std::vector<track::Tlwh> boxes;
+std::vector<mot::Tlwh> boxes_of(std::span<const Row> rows) {
+  std::vector<mot::Tlwh> boxes;
   boxes.reserve(rows.size());
   for (const auto& row : rows) boxes.push_back(row.box);
   return boxes;
@@ -112,14 +112,14 @@ std::vector<unsigned char> kept_results(std::span<const GroundTruthRow> gt, std:
                                         PreparedSequence& out) {
   std::vector<unsigned char> kept(num_results, 1);
   if (benchmark == Benchmark::mot15) return kept;
-  std::vector<track::AssignmentEdge> edges;
+  std::vector<mot::AssignmentEdge> edges;
   for (const auto& pair : pairs) {
     if (pair.similarity >= 0.5 - kSimilaritySlack) {
       edges.push_back({pair.gt, pair.result, pair.similarity});
     }
   }
-  const auto result_of = track::maximum_weight_assignment(static_cast<int>(gt.size()),
-                                                          static_cast<int>(num_results), edges);
+  const auto result_of = mot::maximum_weight_assignment(static_cast<int>(gt.size()),
+                                                        static_cast<int>(num_results), edges);
   for (std::size_t i = 0; i < gt.size(); ++i) {
     if (result_of[i] < 0 || counts(gt[i], benchmark)) continue;
     if (is_distractor(gt[i].category, benchmark)) {

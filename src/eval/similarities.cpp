@@ -10,7 +10,7 @@ namespace {
 struct Corners {
   double left, top, right, bottom, area;
 
-  explicit Corners(const track::Tlwh& box)
+  explicit Corners(const mot::Tlwh& box)
       : left(box.left), top(box.top), right(box.left + box.width), bottom(box.top + box.height) {
     area = (right - left) * (bottom - top);
   }
@@ -30,8 +30,7 @@ std::int64_t SequenceSimilarities::num_result_dets() const {
   return count;
 }
 
-std::vector<Overlap> overlaps(std::span<const track::Tlwh> gt,
-                              std::span<const track::Tlwh> results) {
+std::vector<Overlap> overlaps(std::span<const mot::Tlwh> gt, std::span<const mot::Tlwh> results) {
   const std::vector<Corners> gt_corners(gt.begin(), gt.end());
   const std::vector<Corners> result_corners(results.begin(), results.end());
   std::vector<Overlap> found;

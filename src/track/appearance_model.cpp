@@ -3,9 +3,9 @@
 
 namespace sdmt::track {
 
-void AppearanceModel::embed_shifted(const nn::ImageView& frame, const Tlwh& box,
+void AppearanceModel::embed_shifted(const image::ImageView& frame, const mot::Tlwh& box,
                                     std::span<const BoxShift> shifts, Embeddings& out) {
-  std::vector<Tlwh> boxes;
+  std::vector<mot::Tlwh> boxes;
   for (const BoxShift& shift : shifts) boxes.push_back(shift.applied_to(box));
   embed(frame, boxes, out);
 }

@@ -8,11 +8,11 @@ namespace sdmt::track {
 
 void DetectionAssignment::gate(const Tracklets& active, const FrameDetections& detections) {
   predictions_.clear();
-  for (const auto& tracklet : active) predictions_.push_back(to_tlwh(tracklet->state.box()));
+  for (const auto& tracklet : active) predictions_.push_back(mot::to_tlwh(tracklet->state.box()));
   const auto& overlaps =
       overlaps_.find(predictions_, detections.boxes, std::min(options_.min_iou, options_.weak_iou));
   gated_.clear();
-  for (const Overlap& pair : overlaps) {
+  for (const mot::Overlap& pair : overlaps) {
     const auto& flags = detections.flags[static_cast<std::size_t>(pair.b)];
     const double bound = flags.strong ? options_.min_iou : options_.weak_iou;
     if (!flags.dropped && pair.iou > bound) gated_.push_back(pair);
@@ -34,7 +34,7 @@ const std::vector<Match>& DetectionAssignment::assign(const Tracklets& active,
 void DetectionAssignment::assign_strong(const Tracklets& active,
                                         const FrameDetections& detections) {
   edges_.clear();
-  for (const Overlap& pair : gated_) {
+  for (const mot::Overlap& pair : gated_) {
     if (!detections.flags[static_cast<std::size_t>(pair.b)].strong) continue;
     double value = 0;
     if (!affinity(*active[static_cast<std::size_t>(pair.a)], detections, pair, value)) continue;
@@ -45,7 +45,7 @@ void DetectionAssignment::assign_strong(const Tracklets& active,
 
 void DetectionAssignment::assign_weak(const Tracklets& active, const FrameDetections& detections) {
   edges_.clear();
-  for (const Overlap& pair : gated_) {
+  for (const mot::Overlap& pair : gated_) {
     if (detections.flags[static_cast<std::size_t>(pair.b)].strong) continue;
     if (detection_of_[static_cast<std::size_t>(pair.a)] >= 0) continue;
     edges_.push_back({pair.a, pair.b, pair.iou});
@@ -55,9 +55,9 @@ void DetectionAssignment::assign_weak(const Tracklets& active, const FrameDetect
 
 // Adds the best assignment over edges_ to the matches.
 void DetectionAssignment::take_best(std::size_t tracklets, std::size_t detections) {
-  const auto best =
-      maximum_weight_assignment(static_cast<int>(tracklets), static_cast<int>(detections), edges_);
-  for (const AssignmentEdge& edge : edges_) {
+  const auto best = mot::maximum_weight_assignment(static_cast<int>(tracklets),
+                                                   static_cast<int>(detections), edges_);
+  for (const mot::AssignmentEdge& edge : edges_) {
     if (best[static_cast<std::size_t>(edge.row)] != edge.column) continue;
     detection_of_[static_cast<std::size_t>(edge.row)] = edge.column;
     matches_.push_back({edge.row, edge.column, edge.weight});
@@ -66,7 +66,7 @@ void DetectionAssignment::take_best(std::size_t tracklets, std::size_t detection
 
 // Equation 4; false when the pair fails the appearance gate.
 bool DetectionAssignment::affinity(const Tracklet& tracklet, const FrameDetections& detections,
-                                   const Overlap& pair, double& value) const {
+                                   const mot::Overlap& pair, double& value) const {
   const double floor = options_.rescale_affinity ? options_.min_iou : 0.0;
   const double motion = (pair.iou - floor) / (1 - floor);
   value = motion;

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "frame_detections.h"
-#include "overlaps.h"
-#include "sdmt/track/assignment.h"
+#include "sdmt/mot/assignment.h"
+#include "sdmt/mot/overlaps.h"
 #include "sdmt/track/tracker_options.h"
 #include "tracklet.h"
 
@@ -29,7 +29,7 @@ class DetectionAssignment {
   /// The pairs of active tracklets (their predictions) and detections that pass the motion gate;
   /// to be called again when detections were added.
   void gate(const Tracklets& active, const FrameDetections& detections);
-  const std::vector<Overlap>& gated() const { return gated_; }
+  const std::vector<mot::Overlap>& gated() const { return gated_; }
 
   /// The matches of greatest total affinity among gated pairs that pass the appearance gate,
   /// ordered by tracklet: strong detections first, then what is left with weak ones by motion
@@ -41,15 +41,15 @@ class DetectionAssignment {
   void assign_strong(const Tracklets& active, const FrameDetections& detections);
   void assign_weak(const Tracklets& active, const FrameDetections& detections);
   void take_best(std::size_t tracklets, std::size_t detections);
-  bool affinity(const Tracklet& tracklet, const FrameDetections& detections, const Overlap& pair,
-                double& value) const;
+  bool affinity(const Tracklet& tracklet, const FrameDetections& detections,
+                const mot::Overlap& pair, double& value) const;
 
   const TrackerOptions& options_;
   double threshold_;
-  OverlapFinder overlaps_;
-  std::vector<Tlwh> predictions_;
-  std::vector<Overlap> gated_;
-  std::vector<AssignmentEdge> edges_;
+  mot::OverlapFinder overlaps_;
+  std::vector<mot::Tlwh> predictions_;
+  std::vector<mot::Overlap> gated_;
+  std::vector<mot::AssignmentEdge> edges_;
   std::vector<int> detection_of_;  // [tracklets], -1 none
   std::vector<bool> taken_;        // [detections]
   std::vector<Match> matches_;

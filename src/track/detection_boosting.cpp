@@ -11,13 +11,13 @@ namespace sdmt::track {
 namespace {
 
 // Coordinates count the first pixel as 1: it covers [1, 2).
-bool inside(const Tlwh& box, const nn::ImageView& image) {
+bool inside(const mot::Tlwh& box, const image::ImageView& image) {
   return box.left >= 1 && box.top >= 1 && box.left + box.width <= image.width + 1 &&
          box.top + box.height <= image.height + 1;
 }
 
 // The part inside the image; without extent when there is none.
-Tlwh clip(const Tlwh& box, const nn::ImageView& image) {
+mot::Tlwh clip(const mot::Tlwh& box, const image::ImageView& image) {
   const double left = std::max(box.left, 1.0), top = std::max(box.top, 1.0);
   const double right = std::min(box.left + box.width, image.width + 1.0);
   const double bottom = std::min(box.top + box.height, image.height + 1.0);
@@ -26,7 +26,7 @@ Tlwh clip(const Tlwh& box, const nn::ImageView& image) {
 
 }  // namespace
 
-int DetectionBoosting::boost(int frame, const nn::ImageView& image, AppearanceModel& appearance,
+int DetectionBoosting::boost(int frame, const image::ImageView& image, AppearanceModel& appearance,
                              const Tracklets& active, std::span<const Match> matches,
                              FrameDetections& detections) {
   searching_.clear();
@@ -77,14 +77,14 @@ int DetectionBoosting::boost(int frame, const nn::ImageView& image, AppearanceMo
       [](const FrameDetections::Flags& flags) { return !flags.dropped; }));
 }
 
-void DetectionBoosting::sample(const Cxcywh& prediction, const nn::ImageView& image) {
+void DetectionBoosting::sample(const mot::Cxcywh& prediction, const image::ImageView& image) {
   const int sizes = options_.boost_scale_step > 0 ? 1 : 0;
   const int half = options_.boost_grid / 2;
   const double step = half > 0 ? options_.boost_reach / half : 0;
   for (int size = -sizes; size <= sizes; ++size) {
     const double scale = 1 + size * options_.boost_scale_step;
-    View view{to_tlwh({prediction.cx, prediction.cy, prediction.width * scale,
-                       prediction.height * scale}),
+    View view{mot::to_tlwh({prediction.cx, prediction.cy, prediction.width * scale,
+                            prediction.height * scale}),
               {}};
     for (int y = -half; y <= half; ++y) {
       for (int x = -half; x <= half; ++x) {
@@ -92,12 +92,12 @@ void DetectionBoosting::sample(const Cxcywh& prediction, const nn::ImageView& im
         if (options_.boost_one_pass) {
           const BoxShift shift{static_cast<int>(std::lround(right * BoxShift::kColumns)),
                                static_cast<int>(std::lround(down * BoxShift::kRows))};
-          const Tlwh box = shift.applied_to(view.box);
+          const mot::Tlwh box = shift.applied_to(view.box);
           if (!inside(box, image)) continue;
           view.shifts.push_back(shift);
           candidates_.push_back(box);
         } else {
-          const Tlwh box =
+          const mot::Tlwh box =
               clip({view.box.left + right * view.box.width, view.box.top + down * view.box.height,
                     view.box.width, view.box.height},
                    image);
@@ -109,7 +109,7 @@ void DetectionBoosting::sample(const Cxcywh& prediction, const nn::ImageView& im
   }
 }
 
-void DetectionBoosting::embed(const nn::ImageView& image, AppearanceModel& appearance) {
+void DetectionBoosting::embed(const image::ImageView& image, AppearanceModel& appearance) {
   if (!options_.boost_one_pass) {
     appearance.embed(image, candidates_, embeddings_);
     return;
@@ -131,7 +131,7 @@ void DetectionBoosting::suppress(FrameDetections& detections, std::size_t first)
   ranks_.assign(detections.scores.begin(),
                 detections.scores.begin() + static_cast<std::ptrdiff_t>(first));
   for (const double affinity : affinities_) ranks_.push_back(lowest - 2 + affinity);
-  suppress_overlaps(detections.boxes, ranks_, options_.boost_nms, overlaps_, keep_);
+  mot::suppress_overlaps(detections.boxes, ranks_, options_.boost_nms, overlaps_, keep_);
   for (std::size_t i = 0; i < detections.size(); ++i) {
     if (!keep_[i]) detections.flags[i].dropped = true;
   }

@@ -7,8 +7,8 @@
 
 #include "detection_assignment.h"
 #include "frame_detections.h"
-#include "overlaps.h"
-#include "sdmt/nn/image_view.h"
+#include "sdmt/image/image_view.h"
+#include "sdmt/mot/overlaps.h"
 #include "sdmt/track/appearance_model.h"
 #include "sdmt/track/tracker_options.h"
 #include "tracklet.h"
@@ -32,7 +32,7 @@ class DetectionBoosting {
   /// better one by more than boost_nms: real ones by score, after them the boosted ones by
   /// affinity. Returns how many boosted boxes are left. `matches` are those of the first
   /// assignment.
-  int boost(int frame, const nn::ImageView& image, AppearanceModel& appearance,
+  int boost(int frame, const image::ImageView& image, AppearanceModel& appearance,
             const Tracklets& active, std::span<const Match> matches, FrameDetections& detections);
 
   /// Boxes embedded by the last call.
@@ -41,12 +41,12 @@ class DetectionBoosting {
  private:
   /// Samples of one size, with boost_one_pass.
   struct View {
-    Tlwh box;  ///< around the prediction
+    mot::Tlwh box;  ///< around the prediction
     std::vector<BoxShift> shifts;
   };
 
-  void sample(const Cxcywh& prediction, const nn::ImageView& image);
-  void embed(const nn::ImageView& image, AppearanceModel& appearance);
+  void sample(const mot::Cxcywh& prediction, const image::ImageView& image);
+  void embed(const image::ImageView& image, AppearanceModel& appearance);
   void suppress(FrameDetections& detections, std::size_t first);
 
   const TrackerOptions& options_;
@@ -54,12 +54,12 @@ class DetectionBoosting {
   std::vector<std::uint8_t> matched_;  // [active]
   std::vector<const Tracklet*> searching_;
   std::vector<std::size_t> first_candidate_;  // [searching + 1]
-  std::vector<Tlwh> candidates_;
+  std::vector<mot::Tlwh> candidates_;
   std::vector<View> views_;         // their samples are the candidates, in order
   Embeddings embeddings_;           // [candidates]
   Embeddings part_;                 // of a view
   std::vector<double> affinities_;  // of the boosted boxes
-  OverlapFinder overlaps_;
+  mot::OverlapFinder overlaps_;
   std::vector<double> ranks_;
   std::vector<std::uint8_t> keep_;
 };

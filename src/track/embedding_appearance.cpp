@@ -5,29 +5,29 @@
 
 namespace sdmt::track {
 
-EmbeddingAppearance::EmbeddingAppearance(nn::Model model, const nn::EmbedderOptions& options)
+EmbeddingAppearance::EmbeddingAppearance(reid::Model model, const reid::EmbedderOptions& options)
     : embedder_(std::move(model), options) {}
 
-int EmbeddingAppearance::dimension() const { return nn::kEmbeddingSize; }
+int EmbeddingAppearance::dimension() const { return reid::kEmbeddingSize; }
 
 double EmbeddingAppearance::affinity_threshold() const {
-  return embedder_.metadata().tau_a.value_or(nn::AffinityThreshold{}).value;
+  return embedder_.metadata().tau_a.value_or(reid::AffinityThreshold{}).value;
 }
 
-void EmbeddingAppearance::embed(const nn::ImageView& frame, std::span<const Tlwh> boxes,
+void EmbeddingAppearance::embed(const image::ImageView& frame, std::span<const mot::Tlwh> boxes,
                                 Embeddings& out) {
   rects_.clear();
-  for (const Tlwh& box : boxes) {
+  for (const mot::Tlwh& box : boxes) {
     rects_.push_back({box.left - 1, box.top - 1, box.width, box.height});
   }
   embedder_.embed(frame, rects_, rows_);
   take_rows(out);
 }
 
-void EmbeddingAppearance::embed_shifted(const nn::ImageView& frame, const Tlwh& box,
+void EmbeddingAppearance::embed_shifted(const image::ImageView& frame, const mot::Tlwh& box,
                                         std::span<const BoxShift> shifts, Embeddings& out) {
-  static_assert(BoxShift::kColumns == nn::WindowShift::kColumns &&
-                BoxShift::kRows == nn::WindowShift::kRows);
+  static_assert(BoxShift::kColumns == reid::WindowShift::kColumns &&
+                BoxShift::kRows == reid::WindowShift::kRows);
   if (!embedder_.reads_windows()) {
     AppearanceModel::embed_shifted(frame, box, shifts, out);
     return;
@@ -40,7 +40,7 @@ void EmbeddingAppearance::embed_shifted(const nn::ImageView& frame, const Tlwh& 
 }
 
 void EmbeddingAppearance::take_rows(Embeddings& out) {
-  out.dimension = nn::kEmbeddingSize;
+  out.dimension = reid::kEmbeddingSize;
   out.values.swap(rows_.values);
   out.valid.swap(rows_.valid);
 }

@@ -19,12 +19,12 @@ bool known(const Tracklet& tracklet, int frame, const TrackerOptions& options) {
 const std::vector<std::size_t>& EmbeddingSelection::choose(int frame, const TrackerOptions& options,
                                                            const Tracklets& active,
                                                            const FrameDetections& detections,
-                                                           const std::vector<Overlap>& gated) {
+                                                           const std::vector<mot::Overlap>& gated) {
   detections_near_.assign(active.size(), 0);
   tracklets_near_.assign(detections.size(), 0);
   tracklet_of_.assign(detections.size(), -1);
   overlap_.assign(detections.size(), 0);
-  for (const Overlap& pair : gated) {
+  for (const mot::Overlap& pair : gated) {
     ++detections_near_[static_cast<std::size_t>(pair.a)];
     ++tracklets_near_[static_cast<std::size_t>(pair.b)];
     tracklet_of_[static_cast<std::size_t>(pair.b)] = pair.a;

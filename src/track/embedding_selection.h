@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "frame_detections.h"
-#include "overlaps.h"
+#include "sdmt/mot/overlaps.h"
 #include "sdmt/track/tracker_options.h"
 #include "tracklet.h"
 
@@ -26,7 +26,7 @@ class EmbeddingSelection {
   /// Indices into `detections`, ascending; the reference holds until the next call.
   const std::vector<std::size_t>& choose(int frame, const TrackerOptions& options,
                                          const Tracklets& active, const FrameDetections& detections,
-                                         const std::vector<Overlap>& gated);
+                                         const std::vector<mot::Overlap>& gated);
 
  private:
   std::vector<std::size_t> chosen_;

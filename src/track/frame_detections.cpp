@@ -10,15 +10,17 @@ namespace sdmt::track {
 
 namespace {
 
-void check(const Detection& detection, std::size_t index) {
+void check(const mot::Detection& detection, std::size_t index) {
   const auto refuse = [index](const char* field, double value, const char* expected) {
     std::ostringstream message;
     message << "detection " << index << ": " << field << " is " << value << ", expected "
             << expected;
     throw std::invalid_argument(message.str());
   };
-  const auto in_range = [](double value) { return value >= -kFarthest && value <= kFarthest; };
-  const Tlwh& box = detection.box;
+  const auto in_range = [](double value) {
+    return value >= -mot::kFarthest && value <= mot::kFarthest;
+  };
+  const mot::Tlwh& box = detection.box;
   if (!in_range(box.left)) refuse("left", box.left, "-1e12..1e12");
   if (!in_range(box.top)) refuse("top", box.top, "-1e12..1e12");
   if (!in_range(box.width) || box.width <= 0) refuse("width", box.width, "> 0 and <= 1e12");
@@ -35,7 +37,7 @@ void FrameDetections::clear() {
   features.clear();
 }
 
-void FrameDetections::add(const Tlwh& box, double score, const Flags& flag) {
+void FrameDetections::add(const mot::Tlwh& box, double score, const Flags& flag) {
   boxes.push_back(box);
   scores.push_back(score);
   flags.push_back(flag);
@@ -49,8 +51,8 @@ void FrameDetections::set_feature(std::size_t i, std::span<const float> feature)
   flags[i].embedded = true;
 }
 
-void DetectionFilter::accept(std::span<const Detection> detections, const TrackerOptions& options,
-                             FrameDetections& accepted) {
+void DetectionFilter::accept(std::span<const mot::Detection> detections,
+                             const TrackerOptions& options, FrameDetections& accepted) {
   boxes_.clear();
   scores_.clear();
   for (std::size_t i = 0; i < detections.size(); ++i) {
@@ -61,7 +63,7 @@ void DetectionFilter::accept(std::span<const Detection> detections, const Tracke
     boxes_.push_back(detections[i].box);
     scores_.push_back(score);
   }
-  suppress_overlaps(boxes_, scores_, options.nms, overlaps_, keep_);
+  mot::suppress_overlaps(boxes_, scores_, options.nms, overlaps_, keep_);
   accepted.clear();
   for (std::size_t i = 0; i < boxes_.size(); ++i) {
     if (!keep_[i]) continue;

@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "overlaps.h"
-#include "sdmt/track/box.h"
-#include "sdmt/track/detection.h"
+#include "sdmt/mot/box.h"
+#include "sdmt/mot/detection.h"
+#include "sdmt/mot/overlaps.h"
 #include "sdmt/track/tracker_options.h"
 
 namespace sdmt::track {
@@ -23,7 +23,7 @@ struct FrameDetections {
     bool embedded = false;  ///< has a feature vector
   };
 
-  std::vector<Tlwh> boxes;
+  std::vector<mot::Tlwh> boxes;
   std::vector<double> scores;  ///< calibrated
   std::vector<Flags> flags;
   int dimension = 0;
@@ -36,7 +36,7 @@ struct FrameDetections {
   }
 
   void clear();
-  void add(const Tlwh& box, double score, const Flags& flag);
+  void add(const mot::Tlwh& box, double score, const Flags& flag);
   void set_feature(std::size_t i, std::span<const float> feature);
 };
 
@@ -45,12 +45,12 @@ struct FrameDetections {
 class DetectionFilter {
  public:
   /// Throws std::invalid_argument as Tracker::update, before `accepted` is changed.
-  void accept(std::span<const Detection> detections, const TrackerOptions& options,
+  void accept(std::span<const mot::Detection> detections, const TrackerOptions& options,
               FrameDetections& accepted);
 
  private:
-  OverlapFinder overlaps_;
-  std::vector<Tlwh> boxes_;
+  mot::OverlapFinder overlaps_;
+  std::vector<mot::Tlwh> boxes_;
   std::vector<double> scores_;
   std::vector<std::uint8_t> keep_;
 };

@@ -3,25 +3,25 @@
 
 #include <cstddef>
 
-#include "sdmt/nn/color_histogram.h"
+#include "sdmt/image/color_histogram.h"
 
 namespace sdmt::track {
 
-int HistogramAppearance::dimension() const { return nn::kColorHistogramSize; }
+int HistogramAppearance::dimension() const { return image::kColorHistogramSize; }
 
 double HistogramAppearance::affinity_threshold() const { return 0.3; }
 
-void HistogramAppearance::embed(const nn::ImageView& frame, std::span<const Tlwh> boxes,
+void HistogramAppearance::embed(const image::ImageView& frame, std::span<const mot::Tlwh> boxes,
                                 Embeddings& out) {
-  constexpr std::size_t kLength = nn::kColorHistogramSize;
-  out.dimension = nn::kColorHistogramSize;
+  constexpr std::size_t kLength = image::kColorHistogramSize;
+  out.dimension = image::kColorHistogramSize;
   out.values.assign(boxes.size() * kLength, 0.0F);
   out.valid.assign(boxes.size(), 0);
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const Tlwh& box = boxes[i];
+    const mot::Tlwh& box = boxes[i];
     const bool valid =
-        nn::color_histogram(frame, {box.left - 1, box.top - 1, box.width, box.height},
-                            std::span(out.values).subspan(i * kLength, kLength));
+        image::color_histogram(frame, {box.left - 1, box.top - 1, box.width, box.height},
+                               std::span(out.values).subspan(i * kLength, kLength));
     out.valid[i] = valid ? 1 : 0;
   }
 }

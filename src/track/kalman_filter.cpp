@@ -25,7 +25,7 @@ double conditional_variance(const KalmanState& state) {
 
 }  // namespace
 
-KalmanState KalmanFilter::start(const Cxcywh& box) const {
+KalmanState KalmanFilter::start(const mot::Cxcywh& box) const {
   KalmanState state;
   state.mean = {box.cx, box.cy, box.width, box.height};
   state.position_variance = square(scale(state) * noise_.initial_position);
@@ -50,7 +50,7 @@ KalmanState KalmanFilter::predict(const KalmanState& state, int frames) const {
   return next;
 }
 
-KalmanState KalmanFilter::update(const KalmanState& state, const Cxcywh& box) const {
+KalmanState KalmanFilter::update(const KalmanState& state, const mot::Cxcywh& box) const {
   const double r = square(scale(state) * noise_.measurement);
   const double innovation = state.position_variance + r;
   const double k = state.position_variance / innovation;
@@ -100,8 +100,8 @@ KalmanState smooth(const KalmanState& state, int frames, const SmootherGain& gai
   return smoothed;
 }
 
-Cxcywh extrapolate(const KalmanState& state, int frames) {
-  Cxcywh box = state.box();
+mot::Cxcywh extrapolate(const KalmanState& state, int frames) {
+  mot::Cxcywh box = state.box();
   box.cx += frames * state.velocity[0];
   box.cy += frames * state.velocity[1];
   return box;

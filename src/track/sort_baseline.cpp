@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "sdmt/track/assignment.h"
+#include "sdmt/mot/assignment.h"
 
 namespace sdmt::track {
 
@@ -18,18 +18,18 @@ using State =
 using Covariance = Eigen::Matrix<double, 7, 7>;
 using Measurement = Eigen::Vector4d;
 
-Measurement measure(const Tlwh& box) {
+Measurement measure(const mot::Tlwh& box) {
   return {box.left + box.width / 2, box.top + box.height / 2, box.width * box.height,
           box.width / box.height};
 }
 
-Tlwh box_of(const State& x) {
+mot::Tlwh box_of(const State& x) {
   const double width = std::sqrt(x[2] * x[3]);
   const double height = x[2] / width;
   return {x[0] - width / 2, x[1] - height / 2, width, height};
 }
 
-bool is_finite(const Tlwh& box) {
+bool is_finite(const mot::Tlwh& box) {
   return std::isfinite(box.left) && std::isfinite(box.top) && std::isfinite(box.width) &&
          std::isfinite(box.height);
 }
@@ -54,7 +54,7 @@ struct SortTracker::Track {
   int time_since_update = 0;
   int hit_streak = 0;
 
-  Track(int track_id, const Tlwh& box) : id(track_id) { x << measure(box), 0, 0, 0; }
+  Track(int track_id, const mot::Tlwh& box) : id(track_id) { x << measure(box), 0, 0, 0; }
 
   void predict() {
     static const Covariance kTransition = transition();
@@ -66,7 +66,7 @@ struct SortTracker::Track {
     ++time_since_update;
   }
 
-  void update(const Tlwh& box) {
+  void update(const mot::Tlwh& box) {
     time_since_update = 0;
     ++hit_streak;
     Eigen::Matrix4d innovation = p.topLeftCorner<4, 4>();
@@ -99,8 +99,8 @@ SortTracker::~SortTracker() = default;
 SortTracker::SortTracker(SortTracker&&) noexcept = default;
 SortTracker& SortTracker::operator=(SortTracker&&) noexcept = default;
 
-FinishedFrame SortTracker::update(std::span<const Detection> detections) {
-  for (const Detection& detection : detections) {
+FinishedFrame SortTracker::update(std::span<const mot::Detection> detections) {
+  for (const mot::Detection& detection : detections) {
     if (!is_finite(detection.box) || detection.box.width <= 0 || detection.box.height <= 0) {
       throw std::invalid_argument("a detection's box is not finite or has no extent");
     }
@@ -110,18 +110,18 @@ FinishedFrame SortTracker::update(std::span<const Detection> detections) {
   std::erase_if(tracks_, [](const Track& track) { return !is_finite(box_of(track.x)); });
 
   // Pairs below the threshold compete for the optimum and are dropped after it, as published.
-  std::vector<AssignmentEdge> edges;
+  std::vector<mot::AssignmentEdge> edges;
   for (std::size_t i = 0; i < detections.size(); ++i) {
     for (std::size_t j = 0; j < tracks_.size(); ++j) {
       const double overlap = iou(detections[i].box, box_of(tracks_[j].x));
       if (overlap > 0) edges.push_back({static_cast<int>(i), static_cast<int>(j), overlap});
     }
   }
-  const auto track_of = maximum_weight_assignment(static_cast<int>(detections.size()),
-                                                  static_cast<int>(tracks_.size()), edges);
-  std::vector<const Tlwh*> births;
+  const auto track_of = mot::maximum_weight_assignment(static_cast<int>(detections.size()),
+                                                       static_cast<int>(tracks_.size()), edges);
+  std::vector<const mot::Tlwh*> births;
   for (std::size_t i = 0; i < detections.size(); ++i) {
-    const Tlwh& box = detections[i].box;
+    const mot::Tlwh& box = detections[i].box;
     Track* track = track_of[i] < 0 ? nullptr : &tracks_[static_cast<std::size_t>(track_of[i])];
     if (track != nullptr && iou(box, box_of(track->x)) >= options_.iou_threshold) {
       track->update(box);
@@ -129,7 +129,7 @@ FinishedFrame SortTracker::update(std::span<const Detection> detections) {
       births.push_back(&box);
     }
   }
-  for (const Tlwh* box : births) tracks_.emplace_back(++last_id_, *box);
+  for (const mot::Tlwh* box : births) tracks_.emplace_back(++last_id_, *box);
 
   FinishedFrame finished;
   finished.frame = frame_;

@@ -18,7 +18,7 @@ KalmanFilter::Noise smoother_noise(const TrackerOptions& options) {
   return noise;
 }
 
-Cxcywh between(const Cxcywh& a, const Cxcywh& b, double t) {
+mot::Cxcywh between(const mot::Cxcywh& a, const mot::Cxcywh& b, double t) {
   return {a.cx + t * (b.cx - a.cx), a.cy + t * (b.cy - a.cy), a.width + t * (b.width - a.width),
           a.height + t * (b.height - a.height)};
 }
@@ -32,8 +32,8 @@ OutputRules::OutputRules(const TrackerOptions& options)
       smoother(smoother_noise(options)),
       smoothing_block(std::max(1, options.decision_lag() / 8)) {}
 
-void TrackHistory::append(const OutputRules& rules, int frame, const Cxcywh& measured,
-                          const Cxcywh& filtered, double score, BoxSource source) {
+void TrackHistory::append(const OutputRules& rules, int frame, const mot::Cxcywh& measured,
+                          const mot::Cxcywh& filtered, double score, BoxSource source) {
   Entry entry{frame, source, false, score, measured, filtered, {}, {}, {}};
   if (rules.report == ReportBox::smoothed) {
     if (entries_.empty()) {
@@ -75,13 +75,13 @@ std::optional<TrackedBox> TrackHistory::at(const OutputRules& rules, int frame) 
     TrackedBox box{0, {}, entry.source == BoxSource::detected ? entry.score : 0.0, entry.source};
     switch (rules.report) {
       case ReportBox::smoothed:
-        box.box = to_tlwh(smoothed(rules, index).box());
+        box.box = mot::to_tlwh(smoothed(rules, index).box());
         break;
       case ReportBox::filtered:
-        box.box = to_tlwh(entry.filtered);
+        box.box = mot::to_tlwh(entry.filtered);
         break;
       case ReportBox::detection:
-        box.box = to_tlwh(entry.measured);
+        box.box = mot::to_tlwh(entry.measured);
         break;
     }
     return box;
@@ -96,7 +96,7 @@ TrackedBox TrackHistory::interpolated(const OutputRules& rules, std::size_t befo
   const Entry& a = entries_[before];
   const Entry& b = entries_[before + 1];
   const double t = static_cast<double>(frame - a.frame) / (b.frame - a.frame);
-  Cxcywh box;
+  mot::Cxcywh box;
   switch (rules.report) {
     case ReportBox::smoothed: {
       const KalmanState hidden = rules.smoother.predict(a.forward, frame - a.frame);
@@ -115,7 +115,7 @@ TrackedBox TrackHistory::interpolated(const OutputRules& rules, std::size_t befo
       box = between(a.measured, b.measured, t);
       break;
   }
-  return {0, to_tlwh(box), 0.0, BoxSource::interpolated};
+  return {0, mot::to_tlwh(box), 0.0, BoxSource::interpolated};
 }
 
 const KalmanState& TrackHistory::smoothed(const OutputRules& rules, std::size_t entry) {

@@ -31,8 +31,8 @@ struct OutputRules {
 class TrackHistory {
  public:
   /// `filtered`: the tracking filter's estimate after the box.
-  void append(const OutputRules& rules, int frame, const Cxcywh& measured, const Cxcywh& filtered,
-              double score, BoxSource source);
+  void append(const OutputRules& rules, int frame, const mot::Cxcywh& measured,
+              const mot::Cxcywh& filtered, double score, BoxSource source);
   /// Puts an older track's boxes before these, which must begin later; runs the smoother again
   /// over these.
   void prepend(const OutputRules& rules, const TrackHistory& older);
@@ -49,8 +49,8 @@ class TrackHistory {
     BoxSource source;
     bool merged;  // the gap before it lies between two merged tracklets
     double score;
-    Cxcywh measured;
-    Cxcywh filtered;
+    mot::Cxcywh measured;
+    mot::Cxcywh filtered;
     KalmanState forward;
     SmootherGain gain;  // from the next entry, set when that comes
     std::optional<KalmanState> smoothed;

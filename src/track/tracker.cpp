@@ -66,11 +66,11 @@ struct Tracker::State {
   void require_open() const {
     if (ended) throw std::logic_error("Tracker: finish() was called, nothing can follow it");
   }
-  void accept(std::span<const Detection> given);
+  void accept(std::span<const mot::Detection> given);
   void predict();
-  void embed(const nn::ImageView* image);
+  void embed(const image::ImageView* image);
   void assign();
-  void boost(const nn::ImageView* image);
+  void boost(const image::ImageView* image);
   void update_tracklets();
   void associate();
   void emit(bool at_end);
@@ -97,7 +97,7 @@ struct Tracker::State {
   Tracklets idle;    // inactive ones that can still be associated or reported, by id
   FrameDetections detections;
   std::vector<Match> matches;
-  std::vector<Tlwh> boxes_to_embed;
+  std::vector<mot::Tlwh> boxes_to_embed;
   Embeddings embeddings;
   TrackerStats stats;
 };
@@ -108,8 +108,8 @@ Tracker::~Tracker() = default;
 Tracker::Tracker(Tracker&&) noexcept = default;
 Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 
-const std::vector<FinishedFrame>& Tracker::update(std::span<const Detection> detections,
-                                                  const nn::ImageView* frame) {
+const std::vector<FinishedFrame>& Tracker::update(std::span<const mot::Detection> detections,
+                                                  const image::ImageView* frame) {
   state_->require_open();
   state_->accept(detections);
   state_->predict();
@@ -136,7 +136,7 @@ void Tracker::on_association(std::function<void(const AssociationDecision&)> obs
   state_->association.observer = std::move(observer);
 }
 
-void Tracker::State::accept(std::span<const Detection> given) {
+void Tracker::State::accept(std::span<const mot::Detection> given) {
   const Stopwatch watch(stats.predict_seconds);
   filter.accept(given, options, detections);
   ++frame;
@@ -153,7 +153,7 @@ void Tracker::State::predict() {
   }
 }
 
-void Tracker::State::embed(const nn::ImageView* image) {
+void Tracker::State::embed(const image::ImageView* image) {
   {
     const Stopwatch watch(stats.assign_seconds);
     assignment.gate(active, detections);
@@ -180,7 +180,7 @@ void Tracker::State::assign() {
   matches = assignment.assign(active, detections);
 }
 
-void Tracker::State::boost(const nn::ImageView* image) {
+void Tracker::State::boost(const image::ImageView* image) {
   if (!options.boosting || appearance == nullptr || image == nullptr || image->empty()) return;
   const Stopwatch watch(stats.boost_seconds);
   const int added = boosting.boost(frame, *image, *appearance, active, matches, detections);
@@ -199,7 +199,7 @@ void Tracker::State::update_tracklets() {
     Tracklet& tracklet = *active[static_cast<std::size_t>(match.tracklet)];
     const auto detection = static_cast<std::size_t>(match.detection);
     taken[detection] = true;
-    const Cxcywh box = to_cxcywh(detections.boxes[detection]);
+    const mot::Cxcywh box = mot::to_cxcywh(detections.boxes[detection]);
     tracklet.state = motion.update(tracklet.state, box);
     tracklet.misses = 0;
     tracklet.last_frame = frame;
@@ -224,7 +224,7 @@ void Tracker::State::update_tracklets() {
 
 void Tracker::State::start_tracklet(std::size_t detection) {
   auto tracklet = std::make_unique<Tracklet>(++last_id, frame, options);
-  const Cxcywh box = to_cxcywh(detections.boxes[detection]);
+  const mot::Cxcywh box = mot::to_cxcywh(detections.boxes[detection]);
   const double score = detections.scores[detection];
   tracklet->first_box = box;
   tracklet->state = motion.start(box);

@@ -46,7 +46,7 @@ struct Tracklet {
 
   int id;
   int first_frame;  ///< of the first box, merged pieces included
-  Cxcywh first_box;
+  mot::Cxcywh first_box;
   int last_frame;   ///< of the latest box
   int state_frame;  ///< of `state`: now while active, the last prediction after that
   KalmanState state;
@@ -59,7 +59,7 @@ struct Tracklet {
   TrackHistory history;
 
   /// The box expected in any frame.
-  Cxcywh predicted(int frame) const { return extrapolate(state, frame - state_frame); }
+  mot::Cxcywh predicted(int frame) const { return extrapolate(state, frame - state_frame); }
 };
 
 /// In order of id. Pointers stay valid while tracklets come and go.

@@ -13,7 +13,7 @@ namespace {
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 // Distance of the centres in units of the mean height.
-double distance_in_heights(const Cxcywh& a, const Cxcywh& b) {
+double distance_in_heights(const mot::Cxcywh& a, const mot::Cxcywh& b) {
   return std::hypot(a.cx - b.cx, a.cy - b.cy) / std::max((a.height + b.height) / 2, 1e-9);
 }
 
@@ -76,11 +76,12 @@ void TrackletAssociation::judge_all(int frame, const std::vector<Tracklet*>& tra
   }
 }
 
-bool TrackletAssociation::within_reach(const Cxcywh& predicted, const Cxcywh& first) const {
+bool TrackletAssociation::within_reach(const mot::Cxcywh& predicted,
+                                       const mot::Cxcywh& first) const {
   if (by_appearance_ && options_.association_reach > 0) {
     return distance_in_heights(predicted, first) < options_.association_reach;
   }
-  return iou(to_tlwh(predicted), to_tlwh(first)) > 0;
+  return iou(mot::to_tlwh(predicted), mot::to_tlwh(first)) > 0;
 }
 
 std::optional<AssociationPair> TrackletAssociation::judge(int frame, Tracklet& older,
@@ -89,7 +90,7 @@ std::optional<AssociationPair> TrackletAssociation::judge(int frame, Tracklet& o
   if (gap <= 0 || gap > options_.max_misses + options_.association_horizon || older.misses == 0) {
     return std::nullopt;
   }
-  const Cxcywh predicted = older.predicted(newer.first_frame);
+  const mot::Cxcywh predicted = older.predicted(newer.first_frame);
   if (!within_reach(predicted, newer.first_box)) {
     report(frame, older, newer, kUnknown, AssociationVerdict::too_far);
     return std::nullopt;

@@ -42,7 +42,7 @@ class TrackletAssociation {
   std::function<void(const AssociationDecision&)> observer;
 
  private:
-  bool within_reach(const Cxcywh& predicted, const Cxcywh& first) const;
+  bool within_reach(const mot::Cxcywh& predicted, const mot::Cxcywh& first) const;
   std::optional<AssociationPair> judge(int frame, Tracklet& older, Tracklet& newer) const;
   void judge_all(int frame, const std::vector<Tracklet*>& tracklets, Tracklet& with);
   const AssociationPair& best() const;

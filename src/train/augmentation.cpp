@@ -34,7 +34,7 @@ struct Canvas {
   }
 };
 
-Canvas to_canvas(const Image& image) {
+Canvas to_canvas(const image::Image& image) {
   Canvas canvas(image.width, image.height);
   std::copy(image.bgr.begin(), image.bgr.end(), canvas.values.begin());
   return canvas;
@@ -163,8 +163,8 @@ void erase_rectangle(Canvas& canvas, nn::Random& random) {
   }
 }
 
-Image to_image(const Canvas& canvas) {
-  Image image(canvas.width, canvas.height);
+image::Image to_image(const Canvas& canvas) {
+  image::Image image(canvas.width, canvas.height);
   for (std::size_t i = 0; i < canvas.values.size(); ++i) {
     image.bgr[i] = static_cast<std::uint8_t>(std::clamp(canvas.values[i] + 0.5F, 0.0F, 255.0F));
   }
@@ -192,8 +192,8 @@ void AugmentationOptions::validate() const {
   check("erase", erase, 1);
 }
 
-Image augment(const Image& image, int width, int height, const AugmentationOptions& options,
-              nn::Random& random) {
+image::Image augment(const image::Image& image, int width, int height,
+                     const AugmentationOptions& options, nn::Random& random) {
   const bool mirror = random.uniform() < options.flip;
   const double box_width = image.width * random.uniform(1 - options.scale, 1 + options.scale);
   const double box_height = image.height * random.uniform(1 - options.scale, 1 + options.scale);
@@ -211,8 +211,8 @@ Image augment(const Image& image, int width, int height, const AugmentationOptio
   return to_image(canvas);
 }
 
-Image flipped(const Image& image) {
-  Image mirror(image.width, image.height);
+image::Image flipped(const image::Image& image) {
+  image::Image mirror(image.width, image.height);
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
       std::copy_n(image.pixel(image.width - 1 - x, y), 3, mirror.pixel(x, y));

@@ -5,7 +5,7 @@
 #include <span>
 #include <stdexcept>
 
-#include "sdmt/nn/safetensors.h"
+#include "sdmt/io/safetensors.h"
 
 namespace sdmt::train {
 
@@ -23,10 +23,10 @@ std::vector<std::uint64_t> file_shape(const nn::Shape& shape) {
 
 }  // namespace
 
-void write_checkpoint(const std::filesystem::path& path, const nn::Model& model,
+void write_checkpoint(const std::filesystem::path& path, const reid::Model& model,
                       const Configuration& configuration, const Checkpoint& checkpoint) {
-  nn::SafetensorsWriter writer;
-  nn::add_model(writer, model, nn::Storage::float32);
+  io::SafetensorsWriter writer;
+  reid::add_model(writer, model, reid::Storage::float32);
   for (const auto& [key, value] : configuration) writer.set_metadata(kPrefix + key, value);
   for (const auto& [name, tensor] : checkpoint.tensors) {
     writer.add(kPrefix + name, file_shape(tensor->shape()),
@@ -43,7 +43,7 @@ void write_checkpoint(const std::filesystem::path& path, const nn::Model& model,
 
 void read_checkpoint(const std::filesystem::path& path, const Configuration& configuration,
                      Checkpoint& checkpoint) {
-  const nn::Safetensors file(path);
+  const io::Safetensors file(path);
   if (file.find(kProgress) == nullptr) {
     throw std::invalid_argument(path.string() + ": is no training checkpoint, expected a tensor " +
                                 kProgress);

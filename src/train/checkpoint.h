@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sdmt/nn/layer.h"
-#include "sdmt/nn/model_file.h"
+#include "sdmt/reid/model_file.h"
 #include "sdmt/train/configuration.h"
 
 namespace sdmt::train {
@@ -21,7 +21,7 @@ struct Checkpoint {
 };
 
 // Writes a safetensors file that is also a model file (`model`, the present weights).
-void write_checkpoint(const std::filesystem::path& path, const nn::Model& model,
+void write_checkpoint(const std::filesystem::path& path, const reid::Model& model,
                       const Configuration& configuration, const Checkpoint& checkpoint);
 
 // Fills the tensors by name and shape, the iterations, and as many scores as there are. Throws

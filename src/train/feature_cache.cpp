@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "sdmt/nn/half.h"
+#include "sdmt/io/half.h"
 
 namespace sdmt::train {
 
@@ -34,7 +34,7 @@ void compute(TrainedNetwork& network, const FeatureCache::Source& source,
     const auto count = static_cast<std::ptrdiff_t>(features.size());
 #pragma omp parallel for schedule(static)
     for (std::ptrdiff_t i = 0; i < count; ++i) {
-      halves[static_cast<std::size_t>(i)] = nn::float_to_half(features.data()[i]);
+      halves[static_cast<std::size_t>(i)] = io::float_to_half(features.data()[i]);
     }
     sink(halves);
     if (progress) progress(first + static_cast<std::int64_t>(views.size()), total);
@@ -58,9 +58,9 @@ FeatureCache::FeatureCache(TrainedNetwork& network, const Source& source,
   const std::vector<std::uint64_t> shape = {static_cast<std::uint64_t>(source.views), images_,
                                             values_};
   if (!std::filesystem::exists(path)) {
-    nn::SafetensorsWriter writer;
+    io::SafetensorsWriter writer;
     for (const auto& [key, value] : configuration) writer.set_metadata(key, value);
-    writer.add(kTensor, nn::DType::f16, shape, [&](const nn::SafetensorsWriter::Sink& sink) {
+    writer.add(kTensor, io::DType::f16, shape, [&](const io::SafetensorsWriter::Sink& sink) {
       compute(network, source, progress,
               [&sink](std::span<const std::uint16_t> piece) { sink(std::as_bytes(piece)); });
     });
@@ -83,7 +83,7 @@ void FeatureCache::read(View view, float* out) const {
   for (std::size_t i = 0; i < values_; ++i) {
     std::uint16_t half = 0;  // the mapped bytes need not be aligned
     std::memcpy(&half, from + i * sizeof half, sizeof half);
-    out[i] = nn::half_to_float(half);
+    out[i] = io::half_to_float(half);
   }
 }
 

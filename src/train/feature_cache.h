@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "patches.h"
-#include "sdmt/nn/safetensors.h"
+#include "sdmt/io/safetensors.h"
 #include "sdmt/train/configuration.h"
 #include "trained_network.h"
 
@@ -25,11 +25,11 @@ using CacheProgress = std::function<void(std::int64_t done, std::int64_t total)>
 class FeatureCache {
  public:
   struct Source {
-    std::span<const Image> images;
+    std::span<const image::Image> images;
     int views = 1;
     AugmentationOptions augmentation;
     std::uint64_t seed = 0;
-    nn::Preprocessing preprocessing;
+    image::Preprocessing preprocessing;
   };
 
   // In memory, or in the safetensors file `path`, which is computed when it does not exist. Throws
@@ -46,7 +46,7 @@ class FeatureCache {
   std::size_t values_;  // of one view
   std::size_t images_;
   std::vector<std::uint16_t> memory_;
-  std::optional<nn::Safetensors> file_;
+  std::optional<io::Safetensors> file_;
   std::span<const std::byte> stored_;
 };
 

@@ -10,11 +10,11 @@
 #include <utility>
 
 #include "random_stream.h"
+#include "sdmt/io/safetensors.h"
+#include "sdmt/nn/avg_pool2d.h"
 #include "sdmt/nn/batch_norm.h"
 #include "sdmt/nn/linear.h"
 #include "sdmt/nn/relu.h"
-#include "sdmt/nn/safetensors.h"
-#include "sdmt/train/avg_pool2d.h"
 
 namespace sdmt::train {
 
@@ -55,8 +55,8 @@ PairClassifier::PairClassifier(const nn::Shape& map) {
   if (map.h % grid.rows != 0 || map.w % grid.columns != 0) {
     throw std::invalid_argument("pair classifier: 8x2 blocks do not fill the map " + map.str());
   }
-  blocks_.add("blocks", std::make_unique<AvgPool2d>(
-                            AvgPool2dOptions{map.h / grid.rows, map.w / grid.columns}));
+  blocks_.add("blocks", std::make_unique<nn::AvgPool2d>(
+                            nn::AvgPool2dOptions{map.h / grid.rows, map.w / grid.columns}));
   tower_
       .add("fc1", std::make_unique<nn::Linear>(
                       nn::LinearOptions{grid.rows * grid.columns * map.c, kFeatures, true}))
@@ -203,10 +203,10 @@ LabelledPairs draw_pairs(std::span<const int> labels, std::span<const int> image
   return drawn;
 }
 
-void save_pair_classifier(const std::filesystem::path& path, const nn::Model& model,
-                          PairClassifier& classifier, nn::Storage storage) {
-  nn::SafetensorsWriter writer;
-  nn::add_model(writer, model, storage);
+void save_pair_classifier(const std::filesystem::path& path, const reid::Model& model,
+                          PairClassifier& classifier, reid::Storage storage) {
+  io::SafetensorsWriter writer;
+  reid::add_model(writer, model, storage);
   for (const auto& [name, tensor] : classifier.state()) {
     writer.add(kPrefix + name, file_shape(tensor->shape()),
                std::span<const float>(tensor->values()));
@@ -214,9 +214,9 @@ void save_pair_classifier(const std::filesystem::path& path, const nn::Model& mo
   writer.write(path);
 }
 
-PairClassifier load_pair_classifier(const std::filesystem::path& path, nn::Model& model) {
-  const nn::Safetensors file(path);
-  model = nn::read_model(file);
+PairClassifier load_pair_classifier(const std::filesystem::path& path, reid::Model& model) {
+  const io::Safetensors file(path);
+  model = reid::read_model(file);
   if (file.find(std::string(kPrefix) + "fc1.weight") == nullptr) {
     throw std::invalid_argument(path.string() +
                                 ": holds no pair classifier, expected a tensor pair.fc1.weight "

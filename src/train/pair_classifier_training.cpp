@@ -8,10 +8,10 @@
 #include "random_stream.h"
 #include "sdmt/nn/adam.h"
 #include "sdmt/nn/learning_rate_schedule.h"
+#include "sdmt/reid/validation_auc.h"
 #include "sdmt/train/pair_classifier.h"
 #include "trained_network.h"
 #include "training_configuration.h"
-#include "validation_auc.h"
 
 namespace sdmt::train {
 
@@ -27,13 +27,14 @@ nn::Tensor all_blocks(const FeatureCache& cache, nn::Shape shape, int images) {
 
 double auc_of(PairClassifier& classifier, const nn::Tensor& blocks,
               const std::vector<int>& labels) {
-  return validation_auc(classifier.forward_features(blocks, nn::Mode::inference), labels,
-                        [&](const float* a, const float* b) { return classifier.distance(a, b); });
+  return reid::validation_auc(
+      classifier.forward_features(blocks, nn::Mode::inference), labels,
+      [&](const float* a, const float* b) { return classifier.distance(a, b); });
 }
 
 }  // namespace
 
-PairClassifier train_pair_classifier(nn::Model& model, const TrainingSet& data,
+PairClassifier train_pair_classifier(reid::Model& model, const TrainingSet& data,
                                      TrainerOptions options, const PairTrainingEvents& events,
                                      const std::filesystem::path& cache_file) {
   options.first_trained = "fc1";  // the frozen front of a head-only training

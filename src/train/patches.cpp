@@ -10,26 +10,26 @@ namespace sdmt::train {
 
 namespace {
 
-void extract(const Image& image, const nn::Preprocessing& preprocessing, float* out) {
-  const nn::PixelRect whole{0, 0, static_cast<double>(image.width),
-                            static_cast<double>(image.height)};
-  if (nn::extract_patch(image.view(), whole, preprocessing, out)) return;
+void extract(const image::Image& image, const image::Preprocessing& preprocessing, float* out) {
+  const image::PixelRect whole{0, 0, static_cast<double>(image.width),
+                               static_cast<double>(image.height)};
+  if (image::extract_patch(image.view(), whole, preprocessing, out)) return;
   throw std::invalid_argument("an image of " + std::to_string(image.width) + "x" +
                               std::to_string(image.height) +
                               " pixels is too small, expected at least 2x2");
 }
 
 // Exceptions must not leave a parallel region: sizes are checked before it.
-void require_visible(const Image& image) {
-  nn::Preprocessing two_by_two;
+void require_visible(const image::Image& image) {
+  image::Preprocessing two_by_two;
   two_by_two.height = two_by_two.width = 2;
   float pixels[2 * 2 * 3];
   extract(image, two_by_two, pixels);
 }
 
 template <typename MakePatch>
-void for_each_patch(std::size_t count, const nn::Preprocessing& preprocessing, nn::Tensor& patches,
-                    MakePatch make) {
+void for_each_patch(std::size_t count, const image::Preprocessing& preprocessing,
+                    nn::Tensor& patches, MakePatch make) {
   patches.resize({static_cast<int>(count), preprocessing.height, preprocessing.width, 3});
 #pragma omp parallel for schedule(dynamic)
   for (int i = 0; i < static_cast<int>(count); ++i)
@@ -38,13 +38,13 @@ void for_each_patch(std::size_t count, const nn::Preprocessing& preprocessing, n
 
 }  // namespace
 
-void make_view_patches(std::span<const Image> images, std::span<const View> views,
+void make_view_patches(std::span<const image::Image> images, std::span<const View> views,
                        const AugmentationOptions& options, std::uint64_t seed,
-                       const nn::Preprocessing& preprocessing, nn::Tensor& patches) {
+                       const image::Preprocessing& preprocessing, nn::Tensor& patches) {
   for (const View& view : views) require_visible(images[static_cast<std::size_t>(view.image)]);
   for_each_patch(views.size(), preprocessing, patches, [&](std::size_t i, float* out) {
     const View& view = views[i];
-    const Image& image = images[static_cast<std::size_t>(view.image)];
+    const image::Image& image = images[static_cast<std::size_t>(view.image)];
     if (view.number == 0) {
       extract(image, preprocessing, out);
     } else if (view.number == 1 && options.flip > 0) {
@@ -58,15 +58,15 @@ void make_view_patches(std::span<const Image> images, std::span<const View> view
   });
 }
 
-void make_batch_patches(std::span<const Image> images, std::span<const int> batch,
+void make_batch_patches(std::span<const image::Image> images, std::span<const int> batch,
                         std::int64_t iteration, const AugmentationOptions& options,
-                        std::uint64_t seed, const nn::Preprocessing& preprocessing,
+                        std::uint64_t seed, const image::Preprocessing& preprocessing,
                         nn::Tensor& patches) {
   for (const int image : batch) require_visible(images[static_cast<std::size_t>(image)]);
   for_each_patch(batch.size(), preprocessing, patches, [&](std::size_t i, float* out) {
     auto random =
         random_stream(seed, Purpose::augmentation, i, static_cast<std::uint64_t>(iteration));
-    const Image& image = images[static_cast<std::size_t>(batch[i])];
+    const image::Image& image = images[static_cast<std::size_t>(batch[i])];
     extract(augment(image, preprocessing.width, preprocessing.height, options, random),
             preprocessing, out);
   });

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "sdmt/nn/patch.h"
+#include "sdmt/image/patch.h"
 #include "sdmt/nn/tensor.h"
 #include "sdmt/train/augmentation.h"
 
@@ -19,14 +19,14 @@ struct View {
 
 // The network's input for each view of the images: [views, height, width, 3]. By all threads; view
 // v of image i is the same in every call.
-void make_view_patches(std::span<const Image> images, std::span<const View> views,
+void make_view_patches(std::span<const image::Image> images, std::span<const View> views,
                        const AugmentationOptions& options, std::uint64_t seed,
-                       const nn::Preprocessing& preprocessing, nn::Tensor& patches);
+                       const image::Preprocessing& preprocessing, nn::Tensor& patches);
 
 // The same for a batch augmented anew in each iteration.
-void make_batch_patches(std::span<const Image> images, std::span<const int> batch,
+void make_batch_patches(std::span<const image::Image> images, std::span<const int> batch,
                         std::int64_t iteration, const AugmentationOptions& options,
-                        std::uint64_t seed, const nn::Preprocessing& preprocessing,
+                        std::uint64_t seed, const image::Preprocessing& preprocessing,
                         nn::Tensor& patches);
 
 }  // namespace sdmt::train

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "sdmt/nn/avg_pool2d.h"
 #include "sdmt/nn/batch_norm.h"
 #include "sdmt/nn/l2_normalize.h"
 #include "sdmt/nn/linear.h"
 #include "sdmt/nn/relu.h"
-#include "sdmt/train/avg_pool2d.h"
 
 namespace sdmt::train {
 
@@ -19,7 +19,7 @@ namespace {
 constexpr const char* kTied = "fc1.weight";
 
 // The map that FC1 of `network` reads.
-nn::Shape map_shape(nn::EmbeddingNetwork& network) {
+nn::Shape map_shape(reid::EmbeddingNetwork& network) {
   return network.trunk().output_shape(network.input_shape(1));
 }
 
@@ -66,15 +66,15 @@ nn::Tensor& fc1_weight(nn::Sequential& head) {
 
 }  // namespace
 
-std::unique_ptr<nn::Sequential> make_tied_head(nn::EmbeddingNetwork& network, BlockGrid grid) {
+std::unique_ptr<nn::Sequential> make_tied_head(reid::EmbeddingNetwork& network, BlockGrid grid) {
   const nn::Shape map = map_shape(network);
   require_fit(map, grid);
   auto& fc2 = dynamic_cast<nn::Linear&>(network.head().layer(network.head().index("fc2")));
   auto& bn = dynamic_cast<nn::BatchNorm&>(network.head().layer(network.head().index("bn")));
 
   auto head = std::make_unique<nn::Sequential>();
-  head->add("blocks",
-            std::make_unique<AvgPool2d>(AvgPool2dOptions{map.h / grid.rows, map.w / grid.columns}));
+  head->add("blocks", std::make_unique<nn::AvgPool2d>(
+                          nn::AvgPool2dOptions{map.h / grid.rows, map.w / grid.columns}));
   head->add("fc1", std::make_unique<nn::Linear>(nn::LinearOptions{grid.rows * grid.columns * map.c,
                                                                   fc2.options().in_features}));
   head->add("relu1", std::make_unique<nn::ReLU>());
@@ -93,7 +93,7 @@ std::unique_ptr<nn::Sequential> make_tied_head(nn::EmbeddingNetwork& network, Bl
   return head;
 }
 
-void store_tied_head(nn::Sequential& tied, BlockGrid grid, nn::EmbeddingNetwork& network) {
+void store_tied_head(nn::Sequential& tied, BlockGrid grid, reid::EmbeddingNetwork& network) {
   const nn::Shape map = map_shape(network);
   require_fit(map, grid);
   copy_equal_tensors(tied, network.head());

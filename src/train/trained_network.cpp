@@ -5,7 +5,7 @@
 
 namespace sdmt::train {
 
-TrainedNetwork::TrainedNetwork(nn::EmbeddingNetwork& network, std::optional<BlockGrid> tie,
+TrainedNetwork::TrainedNetwork(reid::EmbeddingNetwork& network, std::optional<BlockGrid> tie,
                                const std::string& first_trained, float trunk_lr_scale)
     : network_(network), tie_(tie) {
   if (tie_) tied_ = make_tied_head(network_, *tie_);

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "sdmt/nn/embedding_network.h"
 #include "sdmt/nn/sequential.h"
+#include "sdmt/reid/embedding_network.h"
 #include "sdmt/train/tied_head.h"
 
 namespace sdmt::train {
@@ -20,7 +20,7 @@ class TrainedNetwork {
  public:
   // Trains from the layer `first_trained` of the trunk on; "fc1": the head only. `network` must
   // outlive this object.
-  TrainedNetwork(nn::EmbeddingNetwork& network, std::optional<BlockGrid> tie,
+  TrainedNetwork(reid::EmbeddingNetwork& network, std::optional<BlockGrid> tie,
                  const std::string& first_trained, float trunk_lr_scale);
 
   // Result of the frozen front for `batch` images.
@@ -45,7 +45,7 @@ class TrainedNetwork {
   std::uint64_t front_fingerprint();
 
  private:
-  nn::EmbeddingNetwork& network_;
+  reid::EmbeddingNetwork& network_;
   std::optional<BlockGrid> tie_;
   std::unique_ptr<nn::Sequential> tied_;  // null when FC1 is not tied
   nn::Sequential& head() { return tied_ ? *tied_ : network_.head(); }

@@ -13,10 +13,10 @@
 #include "sdmt/nn/adam.h"
 #include "sdmt/nn/clip_grad_norm.h"
 #include "sdmt/nn/sgd.h"
+#include "sdmt/reid/validation_auc.h"
 #include "sdmt/train/configuration.h"
 #include "trained_network.h"
 #include "training_configuration.h"
-#include "validation_auc.h"
 
 namespace sdmt::train {
 
@@ -72,7 +72,7 @@ void TrainerOptions::validate() const {
 }
 
 struct Trainer::Run {
-  nn::Model& model;
+  reid::Model& model;
   TrainingSet data;
   TrainerOptions options;
   TrainedNetwork network;
@@ -92,7 +92,7 @@ struct Trainer::Run {
 
   nn::Tensor patches, features, gradient;
 
-  Run(nn::Model& start, TrainingSet training_set, TrainerOptions training_options)
+  Run(reid::Model& start, TrainingSet training_set, TrainerOptions training_options)
       : model(start),
         data(std::move(training_set)),
         options(std::move(training_options)),
@@ -145,7 +145,7 @@ struct Trainer::Run {
     constexpr int kBatch = 64;
     const auto& images = data.validation[set].images;
     const int count = static_cast<int>(images.size());
-    nn::Tensor embeddings({count, 1, 1, nn::kEmbeddingSize});
+    nn::Tensor embeddings({count, 1, 1, reid::kEmbeddingSize});
     for (int first = 0; first < count; first += kBatch) {
       const int size = std::min(kBatch, count - first);
       if (network.has_front()) {
@@ -180,7 +180,7 @@ struct Trainer::Run {
   }
 };
 
-Trainer::Trainer(nn::Model& model, TrainingSet data, TrainerOptions options) {
+Trainer::Trainer(reid::Model& model, TrainingSet data, TrainerOptions options) {
   options.validate();
   run_ = std::make_unique<Run>(model, std::move(data), std::move(options));
 }
@@ -256,7 +256,7 @@ Validation Trainer::validate() {
   Validation result;
   std::vector<double> scores;
   for (std::size_t set = 0; set < run.data.validation.size(); ++set) {
-    scores.push_back(validation_auc(run.embed(set), run.data.validation[set].labels));
+    scores.push_back(reid::validation_auc(run.embed(set), run.data.validation[set].labels));
     result.auc.emplace_back(run.data.validation[set].name, scores.back());
   }
   result.mean_auc = mean(scores);
@@ -291,7 +291,7 @@ void Trainer::finish() {
   run.network.parameters_changed();
   run.network.store();
 
-  nn::TrainingSummary summary;
+  reid::TrainingSummary summary;
   summary.datasets = run.data.sources;
   summary.iterations = run.best_iteration;
   summary.loss = run.options.loss.kind == LossKind::contrastive ? "batch-hard contrastive"

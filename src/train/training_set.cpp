@@ -15,12 +15,12 @@ namespace {
 namespace fs = std::filesystem;
 
 // People in the order of their pid, each with images in the order of the folder.
-using People = std::map<int, std::vector<ReidImage>>;
+using People = std::map<int, std::vector<reid::ReidImage>>;
 
-People by_person(std::vector<ReidImage> images) {
+People by_person(std::vector<reid::ReidImage> images) {
   People people;
   for (auto& image : images) {
-    if (image.pid != kDistractorPid) people[image.pid].push_back(std::move(image));
+    if (image.pid != reid::kDistractorPid) people[image.pid].push_back(std::move(image));
   }
   return people;
 }
@@ -73,13 +73,13 @@ class Decoder {
   explicit Decoder(std::size_t total) : unreadable_(total) {}
 
   // The images of each person that can be read.
-  std::vector<std::vector<Image>> decode(const People& people) {
+  std::vector<std::vector<image::Image>> decode(const People& people) {
     std::vector<fs::path> paths;
     for (const auto& [pid, list] : people) {
       for (const auto& image : list) paths.push_back(image.path);
     }
-    auto decoded = read_images(paths);
-    std::vector<std::vector<Image>> result;
+    auto decoded = media::read_images(paths);
+    std::vector<std::vector<image::Image>> result;
     std::size_t at = 0;
     for (const auto& [pid, list] : people) {
       auto& images = result.emplace_back();
@@ -97,7 +97,7 @@ class Decoder {
   const std::vector<fs::path>& unreadable() const { return unreadable_.paths(); }
 
  private:
-  UnreadableImages unreadable_;
+  media::UnreadableImages unreadable_;
 };
 
 ValidationSet make_validation_set(std::string name, const People& people, Decoder& decoder) {
@@ -176,8 +176,8 @@ TrainingSet load_training_set(const TrainingSetOptions& options) {
   std::size_t total = 0;
   for (const auto& root : options.folders) {
     set.sources.push_back(set_name(root));
-    auto& people =
-        training.emplace_back(by_person(list_reid_images(split_folder(root, Split::train))));
+    auto& people = training.emplace_back(
+        by_person(reid::list_reid_images(reid::split_folder(root, reid::Split::train))));
     if (options.holdout_identities > 0) {
       const int source = static_cast<int>(training.size()) - 1;
       auto held = hold_out(people, options.holdout_identities, options.seed, source);
@@ -186,7 +186,7 @@ TrainingSet load_training_set(const TrainingSetOptions& options) {
     total += hash_files(people, set.fingerprint);
   }
   for (const auto& root : options.validation_folders) {
-    validation.emplace_back(set_name(root), by_person(list_validation_images(root)));
+    validation.emplace_back(set_name(root), by_person(reid::list_validation_images(root)));
   }
   for (auto& [name, people] : validation) {
     people = thin(std::move(people), options.max_validation_images);

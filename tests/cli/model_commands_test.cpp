@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "cli/run_command.h"
-#include "nn/formula_network.h"
-#include "sdmt/nn/safetensors.h"
+#include "reid/formula_network.h"
+#include "sdmt/io/safetensors.h"
 
 namespace sdmt::tests {
 namespace {
@@ -27,7 +27,7 @@ void write_png(const fs::path& path, FormulaCrop crop) {
   ASSERT_TRUE(cv::imwrite(path, cv::Mat(crop.height, crop.width, CV_8UC3, crop.pixels.data())));
 }
 
-std::vector<float> floats(const nn::Safetensors& file, const std::string& name) {
+std::vector<float> floats(const io::Safetensors& file, const std::string& name) {
   std::vector<float> values(file.at(name).count());
   file.read_floats(file.at(name), values);
   return values;
@@ -45,15 +45,16 @@ TEST(EmbedCommand, AgreesWithPyTorchOnImageFiles) {
   }
   const auto result = run_sdmt(words);
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  const nn::Safetensors file(folder / "f.safetensors");
+  const io::Safetensors file(folder / "f.safetensors");
   EXPECT_EQ(file.at("embeddings").shape_str(), "[16,128]");
   EXPECT_EQ(file.tensors().size(), 1U);
   const auto images = nlohmann::json::parse(file.metadata().at("images"));
   EXPECT_EQ(images.at(3), (folder / "3.png").string());
 
   const auto ours = floats(file, "embeddings");
-  const auto theirs = floats(
-      nn::Safetensors(fs::path(SDMT_TESTS_DIR) / "nn/fixtures/network.safetensors"), "embeddings");
+  const auto theirs =
+      floats(io::Safetensors(fs::path(SDMT_TESTS_DIR) / "reid/fixtures/network.safetensors"),
+             "embeddings");
   ASSERT_EQ(ours.size(), theirs.size());
   for (std::size_t i = 0; i < ours.size(); ++i) ASSERT_NEAR(ours[i], theirs[i], 1e-5);
 
@@ -90,8 +91,8 @@ TEST_F(ModelCommands, InitModelRepeatsAndTakesATrunk) {
       run_sdmt({"init-model", "--seed", "4", "--trunk", model(), "--output", folder / "b"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("ignored 8 tensors of model.safetensors: head.fc1.weight, "));
-  const nn::Safetensors one(folder / "a");
-  const nn::Safetensors two(folder / "b");
+  const io::Safetensors one(folder / "a");
+  const io::Safetensors two(folder / "b");
   EXPECT_EQ(floats(one, "features.14.weight"), floats(two, "features.14.weight"));
   EXPECT_NE(floats(one, "head.fc2.weight"), floats(two, "head.fc2.weight"));
 }

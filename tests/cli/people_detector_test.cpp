@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "cli/track_scene.h"
-#include "sdmt/track/sequence.h"
+#include "sdmt/mot/sequence.h"
 
 namespace sdmt::tests {
 namespace {
@@ -64,7 +64,7 @@ TEST_F(PeopleDetector, FindsRealWalkers) {
   constexpr int kFrames = 40;
   const fs::path pets = fs::path(SDMT_DATA_DIR) / "mot15/PETS09-S2L1";
   if (!fs::exists(pets)) GTEST_SKIP() << pets << " is not there";
-  const auto whole = track::Sequence::read(pets);
+  const auto whole = mot::Sequence::read(pets);
   const fs::path part = folder_ / "part";
   fs::create_directories(part / "img1");
   fs::create_directories(part / "gt");

@@ -6,7 +6,7 @@
 #include <csignal>
 
 #include "cli/track_scene.h"
-#include "sdmt/track/mot_file.h"
+#include "sdmt/mot/mot_file.h"
 
 namespace sdmt::tests {
 namespace {
@@ -41,7 +41,7 @@ TEST_F(StandardStreams, AFullLogEndsNothing) {
   const auto result = shell("exec \"$0\" \"$@\" 2>/dev/full",
                             {"track", sequence, "--no-appearance", "--output", folder_ / "t.txt"});
   EXPECT_EQ(result.exit_code, 0);
-  EXPECT_FALSE(track::read_results(folder_ / "t.txt").empty());
+  EXPECT_FALSE(mot::read_results(folder_ / "t.txt").empty());
   EXPECT_EQ(shell("exec \"$0\" \"$@\" 2>/dev/full", {"track", "nothing"}).exit_code, 2);
 }
 
@@ -59,7 +59,7 @@ TEST_F(StandardStreams, AReaderThatLeavesEndsTheRunAndTheFilesAreWhole) {
       shell("(\"$0\" \"$@\"; echo $? >&2) | head -n 1",
             {"track", sequence, "--no-appearance", "--jsonl", "-", "--output", folder_ / "t.txt"});
   EXPECT_THAT(result.err, HasSubstr(std::to_string(128 + SIGPIPE) + "\n"));
-  const auto rows = track::read_results(folder_ / "t.txt");
+  const auto rows = mot::read_results(folder_ / "t.txt");
   ASSERT_FALSE(rows.empty());
   EXPECT_LT(rows.back().frame, 20000);
   EXPECT_FALSE(std::filesystem::exists(folder_ / "t.txt.tmp"));
@@ -77,7 +77,7 @@ TEST_F(StandardStreams, AClosedTerminalIsLikeCtrlC) {
   process.read_line();
   process.send_signal(SIGHUP);
   EXPECT_EQ(process.wait().exit_code, 128 + SIGHUP);
-  EXPECT_FALSE(track::read_results(folder_ / "t.txt").empty());
+  EXPECT_FALSE(mot::read_results(folder_ / "t.txt").empty());
 }
 
 TEST_F(StandardStreams, TheLargestFileAllowedIsAFailureThatLeavesNothing) {

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "cli/run_command.h"
-#include "sdmt/train/market1501.h"
+#include "sdmt/reid/market1501.h"
 
 namespace sdmt::tests {
 namespace {
@@ -17,9 +17,9 @@ CommandResult make_set(const std::filesystem::path& folder, const std::string& s
                    "--images-per-identity", "5", "--seed", seed});
 }
 
-std::map<int, int> images_by_pid(const std::filesystem::path& root, train::Split split) {
+std::map<int, int> images_by_pid(const std::filesystem::path& root, reid::Split split) {
   std::map<int, int> count;
-  for (const auto& image : train::list_reid_images(train::split_folder(root, split))) {
+  for (const auto& image : reid::list_reid_images(reid::split_folder(root, split))) {
     ++count[image.pid];
   }
   return count;
@@ -30,9 +30,9 @@ TEST(SynthReid, IsAMarketFolderThatOurReaderReads) {
   const auto result = make_set(folder / "set", "3");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("9 people, 48 images"));
-  const auto train_images = images_by_pid(folder / "set", train::Split::train);
-  const auto query = images_by_pid(folder / "set", train::Split::query);
-  const auto gallery = images_by_pid(folder / "set", train::Split::gallery);
+  const auto train_images = images_by_pid(folder / "set", reid::Split::train);
+  const auto query = images_by_pid(folder / "set", reid::Split::query);
+  const auto gallery = images_by_pid(folder / "set", reid::Split::gallery);
   EXPECT_EQ(train_images, (std::map<int, int>{{1, 5}, {2, 5}, {3, 5}, {4, 5}, {5, 5}, {6, 5}}));
   EXPECT_EQ(query, (std::map<int, int>{{7, 2}, {8, 2}, {9, 2}}));
   EXPECT_EQ(gallery, (std::map<int, int>{{0, 3}, {7, 3}, {8, 3}, {9, 3}}));

@@ -10,9 +10,9 @@
 #include <thread>
 
 #include "cli/run_command.h"
-#include "sdmt/track/box.h"
-#include "sdmt/track/mot_file.h"
-#include "sdmt/track/sequence.h"
+#include "sdmt/mot/box.h"
+#include "sdmt/mot/mot_file.h"
+#include "sdmt/mot/sequence.h"
 
 namespace sdmt::tests {
 namespace {
@@ -29,13 +29,13 @@ TEST(SynthScene, IsASequenceThatOurReadersRead) {
   const TemporaryFolder folder;
   const auto result = make_scene(folder / "scene", "3");
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  const auto sequence = track::Sequence::read(folder / "scene");
+  const auto sequence = mot::Sequence::read(folder / "scene");
   EXPECT_EQ(sequence.length, 40);
   EXPECT_EQ(sequence.width, 320);
   EXPECT_TRUE(std::filesystem::exists(sequence.image(40)));
 
-  const auto truth = track::read_ground_truth(sequence.ground_truth());
-  const auto detections = track::DetectionFile::read(sequence.detections());
+  const auto truth = mot::read_ground_truth(sequence.ground_truth());
+  const auto detections = mot::DetectionFile::read(sequence.detections());
   std::set<int> ids;
   int found = 0;
   int hidden = 0;
@@ -44,7 +44,7 @@ TEST(SynthScene, IsASequenceThatOurReadersRead) {
     EXPECT_EQ(row.category, 1);
     hidden += row.visibility < 0.5 ? 1 : 0;
     for (const auto& detection : detections.frame(row.frame)) {
-      if (track::iou(detection.box, row.box) >= 0.5) {
+      if (mot::iou(detection.box, row.box) >= 0.5) {
         ++found;
         break;
       }
@@ -58,7 +58,7 @@ TEST(SynthScene, IsASequenceThatOurReadersRead) {
   for (int frame = 1; frame <= sequence.length; ++frame) {
     for (const auto& detection : detections.frame(frame)) {
       false_alarms += std::none_of(truth.begin(), truth.end(), [&](const auto& row) {
-        return row.frame == frame && track::iou(detection.box, row.box) > 0;
+        return row.frame == frame && mot::iou(detection.box, row.box) > 0;
       });
     }
   }

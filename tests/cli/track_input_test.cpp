@@ -9,7 +9,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "cli/track_scene.h"
-#include "sdmt/track/mot_file.h"
+#include "sdmt/mot/mot_file.h"
 
 namespace sdmt::tests {
 namespace {

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "cli/track_scene.h"
-#include "sdmt/track/mot_file.h"
+#include "sdmt/mot/mot_file.h"
 
 namespace sdmt::tests {
 namespace {
@@ -35,7 +35,7 @@ TEST_F(TrackOutput, AllFormsAgree) {
   EXPECT_THAT(result.out, HasSubstr("ms/frame"));
   expect_no_temporary_files();
 
-  const auto rows = track::read_results(folder_ / "tracks.txt");
+  const auto rows = mot::read_results(folder_ / "tracks.txt");
   ASSERT_GT(rows.size(), 60u);
   std::istringstream lines(read_file(folder_ / "t.jsonl"));
   std::string line;
@@ -136,7 +136,7 @@ TEST_F(TrackOutput, CtrlCWritesWhatIsFinal) {
     process.send_signal(signal);
     const auto result = process.wait();
     EXPECT_EQ(result.exit_code, 128 + signal) << result.err;
-    const auto rows = track::read_results(folder_ / "tracks.txt");
+    const auto rows = mot::read_results(folder_ / "tracks.txt");
     ASSERT_FALSE(rows.empty());
     EXPECT_LT(rows.back().frame, 20000);
     // The last line is whole, and both outputs end with the same frame.

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/run_command.h"
-#include "sdmt/nn/model_file.h"
+#include "sdmt/reid/model_file.h"
 
 namespace sdmt::tests {
 namespace {
@@ -19,9 +19,9 @@ class ValidateRoc : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TemporaryFolder;
-    nn::Model model;
+    reid::Model model;
     model.network.initialize(1);
-    nn::save_model(*folder_ / "model.safetensors", model);
+    reid::save_model(*folder_ / "model.safetensors", model);
     const auto made = run_sdmt({"synth", "reid", "--output", *folder_ / "set", "--identities", "9",
                                 "--images-per-identity", "4"});
     ASSERT_EQ(made.exit_code, 0) << made.err;
@@ -92,7 +92,7 @@ TEST_F(ValidateRoc, WritesNumbersPlotReportAndThreshold) {
   }
   EXPECT_EQ(json["baselines"].size(), 3u);
 
-  const auto stored = nn::load_model(copy).metadata.tau_a;
+  const auto stored = reid::load_model(copy).metadata.tau_a;
   ASSERT_TRUE(stored.has_value());
   EXPECT_NEAR(stored->value, json["tau_a"].get<double>(), 1e-12);
   EXPECT_EQ(stored->criterion, "accuracy");

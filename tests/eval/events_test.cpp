@@ -8,7 +8,7 @@
 namespace sdmt::eval {
 namespace {
 
-using track::Tlwh;
+using mot::Tlwh;
 
 // Person 1 walks through frames 1..40 and is followed by result 10 up to frame 10, missed for 20
 // frames, then followed by result 11. Result 99 stands where nobody is in frames 5..9.
@@ -18,7 +18,7 @@ struct Scene {
 
   Scene() {
     GroundTruth gt{"S", "gt.txt", 40, true, {}};
-    std::vector<track::ResultRow> results;
+    std::vector<mot::ResultRow> results;
     for (int t = 1; t <= 40; ++t) {
       const Tlwh box{10.0 * t, 50, 40, 80};
       gt.rows.push_back({t, 1, box, true, kPedestrian, 1.0});
@@ -72,7 +72,7 @@ TEST(Events, AMissThatLastsToTheEndIsReported) {
   GroundTruth gt{"S", "gt.txt", 9, true, {}};
   for (int t = 1; t <= 9; ++t) gt.rows.push_back({t, 3, Tlwh{5, 5, 10, 20}, true, 1, 1.0});
   const auto prepared =
-      prepare_sequence(gt, std::vector<track::ResultRow>{{1, 1, {5, 5, 10, 20}, 1.0, -1}}, "S.txt",
+      prepare_sequence(gt, std::vector<mot::ResultRow>{{1, 1, {5, 5, 10, 20}, 1.0, -1}}, "S.txt",
                        Benchmark::mot16, Compat::trackeval);
   ClearMatches matches;
   clear_mot(prepared.similarities, Compat::trackeval, &matches);

@@ -68,7 +68,7 @@ TEST_P(TrackEvalFixtures, EveryFieldOfEverySequence) {
   for (const auto& [name, want] : expected.at("sequences").items()) {
     const auto gt = read_sequence_ground_truth(kFixtures / "gt" / name);
     const auto result_file = kFixtures / "results" / (name + ".txt");
-    const auto results = track::read_results(result_file);
+    const auto results = mot::read_results(result_file);
     const auto prepared = prepare_sequence(gt, results, result_file.string(), GetParam().benchmark,
                                            Compat::trackeval);
     all.push_back(score(prepared.similarities, Compat::trackeval));

@@ -34,7 +34,7 @@ TEST_P(GoldenTud, DevkitScores) {
   const auto folder = kData / "golden" / "tud" / GetParam().sequence;
   if (!fs::exists(folder)) GTEST_SKIP() << folder << " is not there";
   const auto gt = read_sequence_ground_truth(folder);
-  const auto results = track::read_results(folder / "test.txt");
+  const auto results = mot::read_results(folder / "test.txt");
   for (const auto compat : {Compat::trackeval, Compat::devkit}) {
     const auto prepared = prepare_sequence(gt, results, "test.txt", Benchmark::mot15, compat);
     const auto scores = score(prepared.similarities, compat);
@@ -50,8 +50,8 @@ INSTANTIATE_TEST_SUITE_P(All, GoldenTud,
                          testing::Values(Published{"TUD-Campus", 55.8, 52.6, 13, 150, 7},
                                          Published{"TUD-Stadtmitte", 64.5, 56.4, 45, 452, 7}));
 
-std::vector<track::ResultRow> as_results(const GroundTruth& gt, bool pedestrians_only) {
-  std::vector<track::ResultRow> results;
+std::vector<mot::ResultRow> as_results(const GroundTruth& gt, bool pedestrians_only) {
+  std::vector<mot::ResultRow> results;
   for (const auto& row : gt.rows) {
     if (pedestrians_only && !(row.keep && row.category == kPedestrian)) continue;
     results.push_back({row.frame, row.id, row.box, 1.0, -1});

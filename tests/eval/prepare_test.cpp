@@ -9,11 +9,11 @@
 namespace sdmt::eval {
 namespace {
 
+using mot::GroundTruthRow;
+using mot::ResultRow;
+using mot::Tlwh;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using track::GroundTruthRow;
-using track::ResultRow;
-using track::Tlwh;
 
 GroundTruth make_gt(std::vector<GroundTruthRow> rows, int num_frames) {
   return {"S", "S/gt/gt.txt", num_frames, true, std::move(rows)};

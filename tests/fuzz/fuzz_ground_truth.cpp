@@ -13,11 +13,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t cou
   static fuzz::MemoryFile file;
   eval::GroundTruth gt{"S", "gt.txt", 0, false, {}};
   try {
-    gt.rows = track::read_ground_truth(file.fill(bytes, count));
+    gt.rows = mot::read_ground_truth(file.fill(bytes, count));
   } catch (const std::invalid_argument&) {
     return 0;
   }
-  std::vector<track::ResultRow> results;
+  std::vector<mot::ResultRow> results;
   int frame = 1;
   bool ordinary = true;  // sizes at which the overlap of a box with itself is 1
   for (const auto& row : gt.rows) {

@@ -12,10 +12,10 @@ using namespace sdmt;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t count) {
   static fuzz::MemoryFile file;
   const bool devkit = count > 0 && bytes[0] % 2 != 0;
-  std::vector<track::ResultRow> rows;
+  std::vector<mot::ResultRow> rows;
   try {
-    rows = track::read_results(file.fill(bytes, count), devkit ? track::RowsBeforeFrame1::drop
-                                                               : track::RowsBeforeFrame1::refuse);
+    rows = mot::read_results(file.fill(bytes, count),
+                             devkit ? mot::RowsBeforeFrame1::drop : mot::RowsBeforeFrame1::refuse);
   } catch (const std::invalid_argument&) {
     return 0;
   }
@@ -25,10 +25,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t cou
     fuzz::require(row.frame >= frame && std::isfinite(row.box.left) && std::isfinite(row.box.top));
     fuzz::require(row.box.width >= 0 && row.box.height >= 0 && std::isfinite(row.confidence));
     frame = row.frame;
-    text += track::format_result(row);
+    text += mot::format_result(row);
   }
   const auto* again = reinterpret_cast<const std::uint8_t*>(text.data());
-  fuzz::require(track::read_results(file.fill(again, text.size())).size() == rows.size());
+  fuzz::require(mot::read_results(file.fill(again, text.size())).size() == rows.size());
 
   eval::GroundTruth gt{"S", "gt.txt", 8, true, {}};
   for (int t = 1; t <= 8; ++t)

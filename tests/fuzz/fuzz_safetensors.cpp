@@ -8,15 +8,15 @@
 #include <stdexcept>
 #include <vector>
 
-#include "sdmt/nn/model_file.h"
-#include "sdmt/nn/safetensors.h"
+#include "sdmt/io/safetensors.h"
+#include "sdmt/reid/model_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace sdmt::nn;
+  using namespace sdmt;
   try {
-    const Safetensors file(std::as_bytes(std::span(data, size)), "fuzz");
+    const io::Safetensors file(std::as_bytes(std::span(data, size)), "fuzz");
     std::size_t bytes = 0;
-    for (const SafetensorsEntry& entry : file.tensors()) {
+    for (const io::SafetensorsEntry& entry : file.tensors()) {
       bytes += entry.bytes.size();
       if (file.find(entry.name) != &entry) std::abort();
       std::vector<float> values(entry.count());
@@ -26,8 +26,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       }
     }
     if (bytes > size) std::abort();
-    const auto metadata = file.metadata().find(kModelMetadataKey);
-    if (metadata != file.metadata().end()) parse_model_metadata(metadata->second, "fuzz");
+    const auto metadata = file.metadata().find(reid::kModelMetadataKey);
+    if (metadata != file.metadata().end()) reid::parse_model_metadata(metadata->second, "fuzz");
   } catch (const std::invalid_argument&) {
   }
   return 0;

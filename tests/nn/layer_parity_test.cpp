@@ -10,6 +10,7 @@
 #include <string>
 
 #include "nn/every_target.h"
+#include "sdmt/io/safetensors.h"
 #include "sdmt/nn/adam.h"
 #include "sdmt/nn/batch_norm.h"
 #include "sdmt/nn/conv2d.h"
@@ -17,7 +18,6 @@
 #include "sdmt/nn/linear.h"
 #include "sdmt/nn/max_pool2d.h"
 #include "sdmt/nn/relu.h"
-#include "sdmt/nn/safetensors.h"
 #include "sdmt/nn/sequential.h"
 #include "sdmt/nn/sgd.h"
 
@@ -53,7 +53,7 @@ class LayerParity : public EveryTarget {
   }
 
   void read(const std::string& name, Tensor& to) {
-    const SafetensorsEntry& entry = fixture_.at(name);
+    const io::SafetensorsEntry& entry = fixture_.at(name);
     ASSERT_EQ(entry.count(), to.size()) << name;
     fixture_.read_floats(entry, to.values());
   }
@@ -90,7 +90,7 @@ class LayerParity : public EveryTarget {
     }
   }
 
-  Safetensors fixture_;
+  io::Safetensors fixture_;
   Sequential net_;
   Tensor x_;
   Tensor dy_;

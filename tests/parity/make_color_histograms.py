@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Makes tests/nn/fixtures/color_histograms.safetensors with OpenCV and numpy.
+"""Makes tests/image/fixtures/color_histograms.safetensors with OpenCV and numpy.
 
 Colour histograms of rectangles of the formula's pictures: 8 horizontal stripes of the middle columns,
 each with hue x saturation and value bins, square root, unit length.
@@ -36,7 +36,7 @@ def main():
             x, y = int(c * (width - w + 1)), int(d * (height - t + 1))
             rects.append((i, x, y, w, t))
             rows.append(histogram(picture[y:y + t, x:x + w]))
-    write_safetensors(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "nn", "fixtures",
+    write_safetensors(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "image", "fixtures",
                                    "color_histograms.safetensors"),
                       {"rects": np.array(rects, np.int64), "histograms": np.array(rows, np.float32)})
 

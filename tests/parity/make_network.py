@@ -4,7 +4,7 @@
 
   make_network.py [TRUNK.safetensors]
 
-Writes tests/nn/fixtures/network.safetensors: for each layer the sum of every picture's values and
+Writes tests/reid/fixtures/network.safetensors: for each layer the sum of every picture's values and
 values sampled over the batch; the inputs and the embeddings. With TRUNK (the VGG-16 convolutions,
 torchvision names) also fixtures/vgg16_conv3_3.safetensors: its features of one picture, sampled.
 """
@@ -17,7 +17,7 @@ import torch
 from parity_network import (CROPS, as_torch, crop, formula_tensors, hashed, head, read_safetensors, resized, to_input,
                             trunk, write_safetensors)
 
-FIXTURES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "nn", "fixtures")
+FIXTURES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "reid", "fixtures")
 
 
 def sampled(value, count, stream):

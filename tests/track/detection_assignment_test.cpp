@@ -24,19 +24,19 @@ class Assignment : public ::testing::Test {
     options_.gallery_distance = GalleryDistance::mean;
   }
 
-  void add_tracklet(const Tlwh& box, std::vector<double> looks = {}) {
+  void add_tracklet(const mot::Tlwh& box, std::vector<double> looks = {}) {
     auto tracklet = std::make_unique<Tracklet>(static_cast<int>(active_.size()) + 1, 1, options_);
-    const Cxcywh centre = to_cxcywh(box);
+    const mot::Cxcywh centre = mot::to_cxcywh(box);
     tracklet->state.mean = {centre.cx, centre.cy, centre.width, centre.height};
     for (const double degrees : looks) tracklet->gallery.add(look(degrees));
     active_.push_back(std::move(tracklet));
   }
-  void add_detection(const Tlwh& box, bool strong = true) {
+  void add_detection(const mot::Tlwh& box, bool strong = true) {
     FrameDetections::Flags flags;
     flags.strong = strong;
     detections_.add(box, strong ? 0.9 : 0.3, flags);
   }
-  void add_detection(const Tlwh& box, double degrees) {
+  void add_detection(const mot::Tlwh& box, double degrees) {
     add_detection(box);
     detections_.set_feature(detections_.size() - 1, look(degrees));
   }

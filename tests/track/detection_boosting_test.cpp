@@ -20,9 +20,9 @@ class Boosting : public ::testing::Test {
     appearance_.people = {{{100, 100, 40, 90}, 3}};
   }
 
-  Tracklet& add_tracklet(const Tlwh& predicted, const Tlwh& seen, int length = 6) {
+  Tracklet& add_tracklet(const mot::Tlwh& predicted, const mot::Tlwh& seen, int length = 6) {
     auto tracklet = std::make_unique<Tracklet>(static_cast<int>(active_.size()) + 1, 1, options_);
-    const Cxcywh centre = to_cxcywh(predicted);
+    const mot::Cxcywh centre = mot::to_cxcywh(predicted);
     tracklet->state.mean = {centre.cx, centre.cy, centre.width, centre.height};
     Embeddings state;
     appearance_.embed(image_, std::vector{seen}, state);
@@ -39,7 +39,7 @@ class Boosting : public ::testing::Test {
 
   TrackerOptions options_;
   test::FakeAppearance appearance_;
-  nn::ImageView image_ = test::blank();
+  image::ImageView image_ = test::blank();
   DetectionBoosting boosting_{options_, 0.6};
   Tracklets active_;
   std::vector<Match> matches_;
@@ -121,7 +121,7 @@ TEST_F(Boosting, StaysInsideTheImage) {
   image_ = test::blank(120, 150);
   add_tracklet({100, 100, 40, 90}, {100, 100, 40, 90});
   boost();
-  for (const Tlwh& box : detections_.boxes) {
+  for (const mot::Tlwh& box : detections_.boxes) {
     EXPECT_LE(box.left + box.width, 121);
     EXPECT_LE(box.top + box.height, 151);
   }

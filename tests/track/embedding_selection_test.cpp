@@ -37,7 +37,7 @@ class Selection : public ::testing::Test {
   TrackerOptions options_;
   Tracklets active_;
   FrameDetections detections_;
-  std::vector<Overlap> gated_;
+  std::vector<mot::Overlap> gated_;
   EmbeddingSelection selection_;
 };
 

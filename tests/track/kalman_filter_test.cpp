@@ -16,7 +16,7 @@ namespace {
 
 struct Row {
   int frames;
-  Cxcywh box;
+  mot::Cxcywh box;
   std::array<double, 8> filtered;
   double pp, pv, vv;
   std::array<double, 8> smoothed;
@@ -97,8 +97,8 @@ TEST(KalmanFilter, ExtrapolationKeepsTheSize) {
   KalmanState state;
   state.mean = {100, 200, 40, 90};
   state.velocity = {2, -1, -5, 10};
-  EXPECT_EQ(extrapolate(state, 90), (Cxcywh{280, 110, 40, 90}));
-  EXPECT_EQ(extrapolate(state, -10), (Cxcywh{80, 210, 40, 90}));
+  EXPECT_EQ(extrapolate(state, 90), (mot::Cxcywh{280, 110, 40, 90}));
+  EXPECT_EQ(extrapolate(state, -10), (mot::Cxcywh{80, 210, 40, 90}));
 }
 
 }  // namespace

@@ -8,8 +8,8 @@
 
 #include "sdmt/eval/prepare.h"
 #include "sdmt/eval/scores.h"
-#include "sdmt/track/mot_file.h"
-#include "sdmt/track/sequence.h"
+#include "sdmt/mot/mot_file.h"
+#include "sdmt/mot/sequence.h"
 #include "sdmt/track/sort_baseline.h"
 #include "sdmt/track/tracker.h"
 
@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 const fs::path kData = SDMT_DATA_DIR;
 
-eval::Scores evaluate(const fs::path& folder, const std::vector<ResultRow>& rows,
+eval::Scores evaluate(const fs::path& folder, const std::vector<mot::ResultRow>& rows,
                       eval::Benchmark benchmark) {
   const auto gt = eval::read_sequence_ground_truth(folder);
   const auto prepared =
@@ -32,10 +32,10 @@ eval::Scores evaluate(const fs::path& folder, const std::vector<ResultRow>& rows
 
 eval::Scores run_tracker(const fs::path& folder, const std::string& detections,
                          const TrackerOptions& options, eval::Benchmark benchmark) {
-  const auto file = DetectionFile::read(folder / "det" / detections);
-  const int frames = std::max(Sequence::read(folder).length, file.last_frame());
+  const auto file = mot::DetectionFile::read(folder / "det" / detections);
+  const int frames = std::max(mot::Sequence::read(folder).length, file.last_frame());
   Tracker tracker(options);
-  std::vector<ResultRow> rows;
+  std::vector<mot::ResultRow> rows;
   for (int frame = 1; frame <= frames; ++frame) {
     for (const auto& done : tracker.update(file.frame(frame))) append_results(done, rows);
   }
@@ -44,9 +44,9 @@ eval::Scores run_tracker(const fs::path& folder, const std::string& detections,
 }
 
 eval::Scores run_sort(const fs::path& folder, const std::string& detections = "det-frcnn.txt") {
-  const auto file = DetectionFile::read(folder / "det" / detections);
+  const auto file = mot::DetectionFile::read(folder / "det" / detections);
   SortTracker tracker;
-  std::vector<ResultRow> rows;
+  std::vector<mot::ResultRow> rows;
   for (int frame = 1; frame <= file.last_frame(); ++frame) {
     append_results(tracker.update(file.frame(frame)), rows);
   }
@@ -100,7 +100,7 @@ Summary summarise(const std::vector<fs::path>& folders, const std::string& detec
 std::vector<fs::path> sequences(const fs::path& folder) {
   std::vector<fs::path> found;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (Sequence::is_sequence(entry.path())) found.push_back(entry.path());
+    if (mot::Sequence::is_sequence(entry.path())) found.push_back(entry.path());
   }
   std::sort(found.begin(), found.end());
   return found;

@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "sdmt/nn/image_view.h"
+#include "sdmt/image/image_view.h"
+#include "sdmt/mot/detection.h"
 #include "sdmt/track/appearance_model.h"
-#include "sdmt/track/detection.h"
 
 namespace sdmt::track::test {
 
@@ -27,7 +27,7 @@ class FakeAppearance final : public AppearanceModel {
 
   int dimension() const override { return kDimension; }
   double affinity_threshold() const override { return threshold; }
-  void embed(const nn::ImageView& frame, std::span<const Tlwh> boxes, Embeddings& out) override {
+  void embed(const image::ImageView& frame, std::span<const Tlwh> boxes, Embeddings& out) override {
     out.dimension = kDimension;
     out.values.assign(boxes.size() * kDimension, 0.0F);
     out.valid.assign(boxes.size(), 1);
@@ -49,8 +49,8 @@ class FakeAppearance final : public AppearanceModel {
     ++calls;
   }
 
-  void embed_shifted(const nn::ImageView& frame, const Tlwh& box, std::span<const BoxShift> shifts,
-                     Embeddings& out) override {
+  void embed_shifted(const image::ImageView& frame, const Tlwh& box,
+                     std::span<const BoxShift> shifts, Embeddings& out) override {
     AppearanceModel::embed_shifted(frame, box, shifts, out);
     ++passes;
   }
@@ -63,9 +63,9 @@ class FakeAppearance final : public AppearanceModel {
 };
 
 /// A view that is never looked into.
-inline nn::ImageView blank(int width = 2000, int height = 1000) {
+inline image::ImageView blank(int width = 2000, int height = 1000) {
   static const std::uint8_t pixel[3] = {};
-  return {pixel, width, height, 3 * width, nn::ChannelOrder::bgr};
+  return {pixel, width, height, 3 * width, image::ChannelOrder::bgr};
 }
 
 inline std::vector<Detection> detect(const std::vector<Person>& people, double score = 0.9) {

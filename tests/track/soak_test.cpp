@@ -71,7 +71,7 @@ TEST(Soak, MemoryAndTimeStayFlat) {
   test::FakeAppearance appearance;
   Tracker tracker({}, &appearance);
   Street street;
-  const nn::ImageView image = test::blank(1920, 1080);
+  const image::ImageView image = test::blank(1920, 1080);
   std::vector<std::size_t> memory(10, 0);
   std::vector<double> seconds(10, 0);
   std::int64_t boxes = 0;

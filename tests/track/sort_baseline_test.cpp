@@ -10,7 +10,7 @@
 namespace sdmt::track {
 namespace {
 
-std::vector<Detection> at(double left) { return {{{left, 50, 40, 90}, 1}}; }
+std::vector<mot::Detection> at(double left) { return {{{left, 50, 40, 90}, 1}}; }
 
 TEST(SortTracker, ReportsFromTheFirstFramesAndEndsAfterTwoMisses) {
   SortTracker tracker;
@@ -43,13 +43,15 @@ TEST(SortTracker, SwallowsHostileBoxesAndRefusesImpossibleOnes) {
   for (int frame = 0; frame < 200; ++frame) {
     const double size = sizes[frame % 5];
     for (const auto& box :
-         tracker.update(std::vector<Detection>{{{-1e9, 1e9, size, 5}, 1}}).boxes) {
+         tracker.update(std::vector<mot::Detection>{{{-1e9, 1e9, size, 5}, 1}}).boxes) {
       EXPECT_TRUE(box.box.width == box.box.width);
     }
   }
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(tracker.update(std::vector<Detection>{{{0, 0, 0, 5}, 1}}), std::invalid_argument);
-  EXPECT_THROW(tracker.update(std::vector<Detection>{{{nan, 0, 1, 5}, 1}}), std::invalid_argument);
+  EXPECT_THROW(tracker.update(std::vector<mot::Detection>{{{0, 0, 0, 5}, 1}}),
+               std::invalid_argument);
+  EXPECT_THROW(tracker.update(std::vector<mot::Detection>{{{nan, 0, 1, 5}, 1}}),
+               std::invalid_argument);
   EXPECT_THROW(SortTracker({-1, 3, 0.3}), std::invalid_argument);
   EXPECT_THROW(SortTracker({1, -3, 0.3}), std::invalid_argument);
   EXPECT_THROW(SortTracker({1, 3, 1.3}), std::invalid_argument);

@@ -20,7 +20,7 @@ TrackerOptions reporting(ReportBox report, FillGaps fill = FillGaps::all, int ma
   return options;
 }
 
-Cxcywh walker(int frame) { return {10.0 * frame, 100.0 + frame, 40, 80}; }
+mot::Cxcywh walker(int frame) { return {10.0 * frame, 100.0 + frame, 40, 80}; }
 
 TrackHistory seen_at(const OutputRules& rules, const std::vector<int>& frames) {
   TrackHistory history;
@@ -44,8 +44,8 @@ TEST(TrackHistory, ReportsBoxesAndFillsGapsOnAStraightLine) {
       const bool seen = frame <= 9 || frame >= 14;
       EXPECT_EQ(box->source, seen ? BoxSource::detected : BoxSource::interpolated);
       EXPECT_EQ(box->score, seen ? 0.9 : 0.0);
-      EXPECT_NEAR(to_cxcywh(box->box).cx, walker(frame).cx, tolerance) << frame;
-      EXPECT_NEAR(to_cxcywh(box->box).cy, walker(frame).cy, tolerance) << frame;
+      EXPECT_NEAR(mot::to_cxcywh(box->box).cx, walker(frame).cx, tolerance) << frame;
+      EXPECT_NEAR(mot::to_cxcywh(box->box).cy, walker(frame).cy, tolerance) << frame;
       EXPECT_NEAR(box->box.height, 80, tolerance) << frame;
     }
   }
@@ -79,7 +79,7 @@ TEST(TrackHistory, JoinedPartsSmoothAsOneTrack) {
   nn::Random random(8);
   TrackHistory whole, older, newer;
   for (const int frame : {1, 2, 3, 4, 5, 12, 13, 14, 15}) {
-    Cxcywh box = walker(frame);
+    mot::Cxcywh box = walker(frame);
     box.cx += random.normal();
     whole.append(rules, frame, box, box, 1, BoxSource::detected);
     (frame < 10 ? older : newer).append(rules, frame, box, box, 1, BoxSource::detected);
@@ -96,10 +96,10 @@ TEST(TrackHistory, ForgettingChangesNoLaterAnswer) {
     const OutputRules rules(reporting(report));
     TrackHistory kept, forgetful;
     nn::Random random(9);
-    std::map<int, Cxcywh> boxes;
+    std::map<int, mot::Cxcywh> boxes;
     for (int frame = 1; frame <= 400; ++frame) {
       if (random.uniform() < 0.3) continue;
-      Cxcywh box = walker(frame);
+      mot::Cxcywh box = walker(frame);
       box.cy += random.normal();
       kept.append(rules, frame, box, box, 1, BoxSource::detected);
       forgetful.append(rules, frame, box, box, 1, BoxSource::detected);
@@ -121,14 +121,14 @@ TEST(TrackHistory, SmoothingRemovesNoise) {
   nn::Random random(10);
   TrackHistory history;
   for (int frame = 1; frame <= 200; ++frame) {
-    Cxcywh box = walker(frame);
+    mot::Cxcywh box = walker(frame);
     box.cx += 4 * random.normal();
     history.append(smooth, frame, box, box, 1, BoxSource::detected);
   }
   double before = 0, after = 0;
   for (int frame = 1; frame <= 200; ++frame) {
-    before += std::abs(to_cxcywh(history.at(raw, frame)->box).cx - walker(frame).cx);
-    after += std::abs(to_cxcywh(history.at(smooth, frame)->box).cx - walker(frame).cx);
+    before += std::abs(mot::to_cxcywh(history.at(raw, frame)->box).cx - walker(frame).cx);
+    after += std::abs(mot::to_cxcywh(history.at(smooth, frame)->box).cx - walker(frame).cx);
   }
   EXPECT_LT(after, 0.4 * before);
 }

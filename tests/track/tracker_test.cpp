@@ -34,7 +34,7 @@ std::vector<FinishedFrame> track(const Frames& frames, const TrackerOptions& opt
                                  FakeAppearance* appearance, TrackerStats* stats = nullptr,
                                  const Frames* truth = nullptr) {
   Tracker tracker(options, appearance);
-  const nn::ImageView image = blank();
+  const image::ImageView image = blank();
   std::vector<FinishedFrame> all;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (appearance != nullptr) appearance->people = truth != nullptr ? (*truth)[i] : frames[i];
@@ -55,14 +55,14 @@ std::set<int> ids(const std::vector<FinishedFrame>& frames) {
 
 std::string text(const std::vector<FinishedFrame>& frames) {
   std::string all;
-  std::vector<ResultRow> rows;
+  std::vector<mot::ResultRow> rows;
   for (const auto& frame : frames) {
     append_results(frame, rows);
     for (const auto& merge : frame.merges) {
       all += std::to_string(merge.from) + ">" + std::to_string(merge.to) + "\n";
     }
   }
-  for (const auto& row : rows) all += format_result(row);
+  for (const auto& row : rows) all += mot::format_result(row);
   return all;
 }
 
@@ -222,7 +222,7 @@ TEST(Tracker, AssociationToldApartByLook) {
   std::vector<AssociationDecision> decisions;
   tracker.on_association(
       [&](const AssociationDecision& decision) { decisions.push_back(decision); });
-  const nn::ImageView image = blank();
+  const image::ImageView image = blank();
   for (const auto& people : frames) {
     appearance.people = people;
     tracker.update(detect(people), &image);
@@ -263,7 +263,7 @@ TEST(Tracker, WeakDetectionsContinueButDoNotStartTracks) {
   std::vector<FinishedFrame> all;
   for (int frame = 1; frame <= 60; ++frame) {
     const double score = frame > 20 && frame % 4 != 0 ? 0.4 : 0.9;
-    std::vector<Detection> detections = detect({walker(frame)}, score);
+    std::vector<mot::Detection> detections = detect({walker(frame)}, score);
     detections.push_back({{1000, 500, 40, 90}, 0.59});
     for (const auto& done : tracker.update(detections)) all.push_back(done);
   }
@@ -276,10 +276,10 @@ TEST(Tracker, DuplicatesAndLowScoresAreDropped) {
   TrackerOptions options;
   options.min_confidence = 0.3;
   Tracker tracker(options);
-  const Tlwh box{100, 100, 40, 90};
+  const mot::Tlwh box{100, 100, 40, 90};
   for (int frame = 0; frame < 10; ++frame) {
-    tracker.update(
-        std::vector<Detection>{{box, 0.7}, {{103, 100, 40, 90}, 0.9}, {{700, 100, 40, 90}, 0.29}});
+    tracker.update(std::vector<mot::Detection>{
+        {box, 0.7}, {{103, 100, 40, 90}, 0.9}, {{700, 100, 40, 90}, 0.29}});
   }
   EXPECT_EQ(tracker.stats().suppressed, 20);
   EXPECT_EQ(tracker.stats().tracklets, 1);
@@ -431,16 +431,16 @@ TEST(Tracker, SurvivesHostileBoxes) {
         }
       }
     };
-    const nn::ImageView images[] = {blank(), blank(1, 1), blank(1000, 1), nn::ImageView{}};
+    const image::ImageView images[] = {blank(), blank(1, 1), blank(1000, 1), image::ImageView{}};
     for (int frame = 0; frame < 2000; ++frame) {
-      std::vector<Detection> detections;
+      std::vector<mot::Detection> detections;
       for (std::uint64_t i = random.below(6); i > 0; --i) {
         detections.push_back(
             {{any(), any(), std::abs(any()) + 1e-6, std::abs(any()) + 1e-6}, any()});
       }
       // One that stays, so that tracks come about.
       detections.push_back({{5000, 5000, 1e9, 1e9}, 0.9});
-      for (Detection& detection : detections) {
+      for (mot::Detection& detection : detections) {
         detection.box.width = std::min(detection.box.width, 1e12);
         detection.box.height = std::min(detection.box.height, 1e12);
       }
@@ -455,9 +455,9 @@ TEST(Tracker, RefusesImpossibleDetectionsAndGoesOn) {
   Tracker tracker;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();
-  const Detection good{{100, 100, 40, 90}, 0.9};
+  const mot::Detection good{{100, 100, 40, 90}, 0.9};
   tracker.update(std::vector{good});
-  const std::pair<Detection, const char*> cases[] = {
+  const std::pair<mot::Detection, const char*> cases[] = {
       {{{nan, 0, 1, 1}, 1}, "detection 1: left is nan, expected -1e12..1e12"},
       {{{0, inf, 1, 1}, 1}, "detection 1: top is inf"},
       {{{0, 0, 0, 1}, 1}, "detection 1: width is 0, expected > 0"},
@@ -482,9 +482,9 @@ TEST(Tracker, RefusesImpossibleDetectionsAndGoesOn) {
 
 TEST(Tracker, NothingFollowsTheEnd) {
   Tracker tracker;
-  tracker.update(std::vector<Detection>{});
+  tracker.update(std::vector<mot::Detection>{});
   tracker.finish();
-  EXPECT_THROW(tracker.update(std::vector<Detection>{}), std::logic_error);
+  EXPECT_THROW(tracker.update(std::vector<mot::Detection>{}), std::logic_error);
   EXPECT_THROW(tracker.finish(), std::logic_error);
   EXPECT_EQ(tracker.stats().frames, 1);
 }
@@ -493,7 +493,7 @@ TEST(Tracker, FramesWithoutImageAreTrackedByMotion) {
   FakeAppearance appearance;
   TrackerOptions options;
   Tracker tracker(options, &appearance);
-  const nn::ImageView image = blank();
+  const image::ImageView image = blank();
   for (int frame = 1; frame <= 40; ++frame) {
     appearance.people = {walker(frame)};
     const bool readable = frame < 15 || frame > 18;
@@ -507,7 +507,7 @@ TEST(Tracker, FramesWithoutImageAreTrackedByMotion) {
 TEST(Tracker, InvalidCropsAreCountedAndMatchedByMotion) {
   FakeAppearance appearance;
   Tracker tracker(paper(), &appearance);
-  const nn::ImageView image = blank(200, 200);
+  const image::ImageView image = blank(200, 200);
   for (int frame = 1; frame <= 20; ++frame) {
     appearance.people = {{{-100, 100, 40, 90}, 0}};  // left of the image
     tracker.update(detect(appearance.people), &image);

@@ -15,9 +15,9 @@ using testing::HasSubstr;
 
 constexpr AugmentationOptions kNothing{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
 
-Image noise(int width, int height, int low = 60, int high = 180) {
+image::Image noise(int width, int height, int low = 60, int high = 180) {
   nn::Random random(1);
-  Image image(width, height);
+  image::Image image(width, height);
   for (auto& value : image.bgr) {
     value = static_cast<std::uint8_t>(
         low + static_cast<int>(random.below(static_cast<std::uint64_t>(high - low))));
@@ -25,12 +25,13 @@ Image noise(int width, int height, int low = 60, int high = 180) {
   return image;
 }
 
-Image augmented(const Image& image, const AugmentationOptions& options, std::uint64_t seed = 0) {
+image::Image augmented(const image::Image& image, const AugmentationOptions& options,
+                       std::uint64_t seed = 0) {
   nn::Random random(seed);
   return augment(image, image.width, image.height, options, random);
 }
 
-double mean(const Image& image, int channel) {
+double mean(const image::Image& image, int channel) {
   double sum = 0;
   for (std::size_t i = static_cast<std::size_t>(channel); i < image.bgr.size(); i += 3) {
     sum += image.bgr[i];
@@ -39,12 +40,12 @@ double mean(const Image& image, int channel) {
 }
 
 TEST(Augmentation, NothingChangesNothing) {
-  const Image image = noise(33, 65);
+  const image::Image image = noise(33, 65);
   EXPECT_EQ(augmented(image, kNothing).bgr, image.bgr);
 }
 
 TEST(Augmentation, FlipIsAMirror) {
-  const Image image = noise(33, 65);
+  const image::Image image = noise(33, 65);
   AugmentationOptions options = kNothing;
   options.flip = 1;
   EXPECT_EQ(augmented(image, options).bgr, flipped(image).bgr);
@@ -60,7 +61,7 @@ TEST(Augmentation, FlipIsAMirror) {
 
 TEST(Augmentation, TheBoxMovesWithinItsBounds) {
   // A horizontal ramp: the shift can be read off in the middle.
-  Image ramp(100, 100);
+  image::Image ramp(100, 100);
   for (int y = 0; y < 100; ++y) {
     for (int x = 0; x < 100; ++x)
       std::fill_n(ramp.pixel(x, y), 3, static_cast<std::uint8_t>(2 * x));
@@ -80,7 +81,7 @@ TEST(Augmentation, TheBoxMovesWithinItsBounds) {
   options = kNothing;
   options.scale = 0.2;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
-    const Image scaled = augmented(ramp, options, seed);
+    const image::Image scaled = augmented(ramp, options, seed);
     const double slope = (scaled.pixel(70, 50)[0] - scaled.pixel(30, 50)[0]) / 80.0;
     EXPECT_GT(slope, 0.77);
     EXPECT_LT(slope, 1.23);
@@ -88,11 +89,11 @@ TEST(Augmentation, TheBoxMovesWithinItsBounds) {
 }
 
 TEST(Augmentation, ColoursChangeWithinTheirBounds) {
-  const Image image = noise(32, 64);
+  const image::Image image = noise(32, 64);
   AugmentationOptions options = kNothing;
   options.brightness = 0.3;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
-    const Image changed = augmented(image, options, seed);
+    const image::Image changed = augmented(image, options, seed);
     const double gain = mean(changed, 0) / mean(image, 0);
     EXPECT_GT(gain, 1 / 1.3 - 0.01);
     EXPECT_LT(gain, 1.3 + 0.01);
@@ -102,7 +103,7 @@ TEST(Augmentation, ColoursChangeWithinTheirBounds) {
   options.tint = 0.1;
   double difference = 0;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
-    const Image changed = augmented(image, options, seed);
+    const image::Image changed = augmented(image, options, seed);
     const double blue = mean(changed, 0) / mean(image, 0);
     const double red = mean(changed, 2) / mean(image, 2);
     EXPECT_LT(std::abs(blue - 1), 0.11);
@@ -111,7 +112,7 @@ TEST(Augmentation, ColoursChangeWithinTheirBounds) {
   EXPECT_GT(difference, 0.05);
   options = kNothing;
   options.grey = 1;
-  const Image grey = augmented(image, options);
+  const image::Image grey = augmented(image, options);
   for (std::size_t i = 0; i < grey.bgr.size(); i += 3) {
     EXPECT_EQ(grey.bgr[i], grey.bgr[i + 1]);
     EXPECT_EQ(grey.bgr[i], grey.bgr[i + 2]);
@@ -119,7 +120,7 @@ TEST(Augmentation, ColoursChangeWithinTheirBounds) {
 }
 
 // Sum of absolute differences of neighbours: what blur and a low resolution take away.
-double roughness(const Image& image) {
+double roughness(const image::Image& image) {
   double sum = 0;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 1; x < image.width; ++x) {
@@ -130,13 +131,13 @@ double roughness(const Image& image) {
 }
 
 TEST(Augmentation, LowResolutionAndBlurSmoothAndKeepTheMean) {
-  const Image image = noise(64, 128);
+  const image::Image image = noise(64, 128);
   for (double AugmentationOptions::*field :
        {&AugmentationOptions::low_resolution, &AugmentationOptions::blur}) {
     AugmentationOptions options = kNothing;
     options.*field = 1;
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
-      const Image changed = augmented(image, options, seed);
+      const image::Image changed = augmented(image, options, seed);
       EXPECT_LT(roughness(changed), 0.75 * roughness(image));
       EXPECT_NEAR(mean(changed, 0), mean(image, 0), 1.0);
     }
@@ -144,11 +145,12 @@ TEST(Augmentation, LowResolutionAndBlurSmoothAndKeepTheMean) {
 }
 
 TEST(Augmentation, EraseCoversOneRectangle) {
-  const Image image = noise(64, 128, 130, 180);  // no value of the mean colour but the red one
+  const image::Image image =
+      noise(64, 128, 130, 180);  // no value of the mean colour but the red one
   AugmentationOptions options = kNothing;
   options.erase = 1;
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
-    const Image changed = augmented(image, options, seed);
+    const image::Image changed = augmented(image, options, seed);
     int left = 64, right = 0, top = 128, bottom = 0, count = 0;
     for (int y = 0; y < 128; ++y) {
       for (int x = 0; x < 64; ++x) {
@@ -171,7 +173,7 @@ TEST(Augmentation, EraseCoversOneRectangle) {
 }
 
 TEST(Augmentation, TheGeneratorDecides) {
-  const Image image = noise(40, 90);
+  const image::Image image = noise(40, 90);
   const AugmentationOptions options;
   EXPECT_EQ(augmented(image, options, 3).bgr, augmented(image, options, 3).bgr);
   EXPECT_NE(augmented(image, options, 3).bgr, augmented(image, options, 4).bgr);
@@ -181,7 +183,7 @@ TEST(Augmentation, TinyImagesWork) {
   const AugmentationOptions all{1, 0.5, 0.5, 1, 1, 1, 1, 1, 1, 1, 1};
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     nn::Random random(seed);
-    const Image image = augment(noise(1, 1), 64, 128, all, random);
+    const image::Image image = augment(noise(1, 1), 64, 128, all, random);
     EXPECT_EQ(image.bgr.size(), 64u * 128u * 3u);
   }
 }

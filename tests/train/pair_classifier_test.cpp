@@ -126,18 +126,18 @@ TEST(PairClassifier, DrawsAsManyPairsOfOneAsOfTwo) {
 TEST(PairClassifier, SurvivesItsFile) {
   const auto path =
       std::filesystem::temp_directory_path() / "sdmt_pair_classifier_test.safetensors";
-  nn::Model model;
+  reid::Model model;
   model.network.initialize(1);
   const auto map = model.network.trunk().output_shape(model.network.input_shape(1));
   PairClassifier classifier(map);
   classifier.initialize(7);
-  save_pair_classifier(path, model, classifier, nn::Storage::float16);
-  nn::Model read;
+  save_pair_classifier(path, model, classifier, reid::Storage::float16);
+  reid::Model read;
   auto again = load_pair_classifier(path, read);
   std::vector<float> a(PairClassifier::kFeatures, 0.3F);
   std::vector<float> b(PairClassifier::kFeatures, -0.2F);
   EXPECT_EQ(classifier.distance(a.data(), b.data()), again.distance(a.data(), b.data()));
-  nn::save_model(path, model, nn::Storage::int8);
+  reid::save_model(path, model, reid::Storage::int8);
   EXPECT_THAT([&] { load_pair_classifier(path, read); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("holds no pair classifier")));
   std::filesystem::remove(path);
@@ -147,8 +147,8 @@ TEST(PairClassifier, SurvivesItsFile) {
 TrainingSet coloured_people() {
   TrainingSet set;
   nn::Random random(6);
-  const auto add = [&](std::vector<Image>& images, int person) {
-    Image image(16, 32);
+  const auto add = [&](std::vector<image::Image>& images, int person) {
+    image::Image image(16, 32);
     for (std::size_t i = 0; i < image.bgr.size(); ++i) {
       const auto channel = i % 3;
       const int level = (person >> channel & 1) != 0 ? 200 : 60;
@@ -176,9 +176,9 @@ TrainingSet coloured_people() {
   return set;
 }
 
-nn::Model small_model() {
-  nn::Model model;
-  model.network = nn::EmbeddingNetwork({.height = 32, .width = 16});
+reid::Model small_model() {
+  reid::Model model;
+  model.network = reid::EmbeddingNetwork({.height = 32, .width = 16});
   model.network.initialize(1);
   model.metadata.preprocessing.height = 32;
   model.metadata.preprocessing.width = 16;
@@ -196,7 +196,7 @@ TrainerOptions options_for_colours(std::int64_t iterations) {
 }
 
 TEST(PairClassifier, LearnsToTellColoursApart) {
-  nn::Model model = small_model();
+  reid::Model model = small_model();
   TrainerOptions options = options_for_colours(60);
   double auc = 0;
   std::int64_t steps = 0;
@@ -218,7 +218,7 @@ TEST(PairClassifier, LearnsToTellColoursApart) {
 TEST(PairClassifier, TakesTheFeaturesThatATrainingOfTheHeadCached) {
   const TemporaryData folder;
   const auto file = folder.path() / "features";
-  nn::Model model = small_model();
+  reid::Model model = small_model();
   TrainerOptions options = options_for_colours(5);
   options.first_trained = "fc1";
   Trainer(model, coloured_people(), options).prepare({}, file);

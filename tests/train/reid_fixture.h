@@ -4,7 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "sdmt/train/labelled_embeddings.h"
+#include "sdmt/reid/labelled_embeddings.h"
 
 namespace sdmt::train {
 
@@ -14,9 +14,9 @@ inline nlohmann::json read_reid_fixture() {
   return nlohmann::json::parse(file);
 }
 
-inline LabelledEmbeddings labelled(const std::vector<std::vector<float>>& rows,
-                                   std::vector<int> pids, std::vector<int> camids) {
-  LabelledEmbeddings images;
+inline reid::LabelledEmbeddings labelled(const std::vector<std::vector<float>>& rows,
+                                         std::vector<int> pids, std::vector<int> camids) {
+  reid::LabelledEmbeddings images;
   images.embeddings.resize(
       {static_cast<int>(rows.size()), 1, 1, static_cast<int>(rows.at(0).size())});
   float* out = images.embeddings.data();
@@ -26,7 +26,7 @@ inline LabelledEmbeddings labelled(const std::vector<std::vector<float>>& rows,
   return images;
 }
 
-inline LabelledEmbeddings fixture_images(const nlohmann::json& fixture) {
+inline reid::LabelledEmbeddings fixture_images(const nlohmann::json& fixture) {
   return labelled(fixture["embeddings"].get<std::vector<std::vector<float>>>(),
                   fixture["pids"].get<std::vector<int>>(),
                   fixture["camids"].get<std::vector<int>>());

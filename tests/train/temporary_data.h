@@ -9,8 +9,8 @@
 #include <fstream>
 #include <string>
 
+#include "sdmt/media/image_file.h"
 #include "sdmt/nn/random.h"
-#include "sdmt/train/image_file.h"
 
 namespace sdmt::train {
 
@@ -39,7 +39,7 @@ class TemporaryData {
   void touch(const std::string& name) const { write(name, ""); }
 
   /// A binary PPM file under an image's name: the decoder goes by the contents.
-  void write_image(const std::string& name, const Image& image) const {
+  void write_image(const std::string& name, const image::Image& image) const {
     std::string bytes =
         "P6 " + std::to_string(image.width) + " " + std::to_string(image.height) + " 255\n";
     for (std::size_t i = 0; i < image.bgr.size(); i += 3) {
@@ -59,7 +59,7 @@ class TemporaryData {
         for (auto& channel : colour) channel = static_cast<unsigned char>(random.below(200));
       }
       for (int k = 0; k < images; ++k) {
-        Image image(16, 32);
+        image::Image image(16, 32);
         for (int y = 0; y < image.height; ++y) {
           for (int x = 0; x < image.width; ++x) {
             for (int c = 0; c < 3; ++c) {

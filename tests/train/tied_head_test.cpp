@@ -9,20 +9,20 @@
 #include <stdexcept>
 #include <vector>
 
+#include "sdmt/nn/avg_pool2d.h"
 #include "sdmt/nn/linear.h"
 #include "sdmt/nn/random.h"
-#include "sdmt/train/avg_pool2d.h"
 
 namespace sdmt::train {
 namespace {
 
 using testing::HasSubstr;
 
-nn::EmbeddingNetwork small_network() {
-  nn::EmbeddingNetworkOptions options;
+reid::EmbeddingNetwork small_network() {
+  reid::EmbeddingNetworkOptions options;
   options.height = 32;  // a map of 8 x 4
   options.width = 16;
-  nn::EmbeddingNetwork network(options);
+  reid::EmbeddingNetwork network(options);
   network.initialize(3);
   return network;
 }
@@ -41,7 +41,7 @@ nn::Tensor& fc1(nn::Sequential& head) {
 TEST(TiedHead, ExpandedItIsTheSameFunction) {
   for (const BlockGrid grid :
        {BlockGrid{8, 2}, BlockGrid{2, 1}, BlockGrid{8, 4}, BlockGrid{1, 1}}) {
-    nn::EmbeddingNetwork network = small_network();
+    reid::EmbeddingNetwork network = small_network();
     const auto tied = make_tied_head(network, grid);
     store_tied_head(*tied, grid, network);
     const nn::Tensor map = random_tensor({5, 8, 4, 256}, 7);
@@ -56,7 +56,7 @@ TEST(TiedHead, ExpandedItIsTheSameFunction) {
 
 TEST(TiedHead, ComesBackFromANetworkAsItWas) {
   const BlockGrid grid{4, 2};
-  nn::EmbeddingNetwork network = small_network();
+  reid::EmbeddingNetwork network = small_network();
   const auto first = make_tied_head(network, grid);
   store_tied_head(*first, grid, network);
   const auto second = make_tied_head(network, grid);
@@ -65,7 +65,7 @@ TEST(TiedHead, ComesBackFromANetworkAsItWas) {
 }
 
 TEST(TiedHead, KeepsHeInitialisation) {
-  nn::EmbeddingNetwork network = small_network();
+  reid::EmbeddingNetwork network = small_network();
   const auto tied = make_tied_head(network, {4, 2});
   double squares = 0;
   for (const float weight : fc1(*tied).values()) squares += weight * weight;
@@ -74,7 +74,7 @@ TEST(TiedHead, KeepsHeInitialisation) {
 }
 
 TEST(TiedHead, RefusesBlocksThatDoNotFit) {
-  nn::EmbeddingNetwork network = small_network();
+  reid::EmbeddingNetwork network = small_network();
   for (const BlockGrid grid :
        {BlockGrid{3, 2}, BlockGrid{8, 3}, BlockGrid{0, 1}, BlockGrid{16, 1}}) {
     try {
@@ -86,8 +86,8 @@ TEST(TiedHead, RefusesBlocksThatDoNotFit) {
   }
 }
 
-TEST(AvgPool2d, IsTheMeanOfItsBlocks) {
-  AvgPool2d pool({2, 3});
+TEST(nn::AvgPool2d, IsTheMeanOfItsBlocks) {
+  nn::AvgPool2d pool({2, 3});
   const nn::Tensor x = random_tensor({2, 4, 6, 3}, 1);
   nn::Tensor y;
   pool.forward(x, y, nn::Mode::training);
@@ -106,8 +106,8 @@ TEST(AvgPool2d, IsTheMeanOfItsBlocks) {
   }
 }
 
-TEST(AvgPool2d, GradientIsTheDerivative) {
-  AvgPool2d pool({2, 1});
+TEST(nn::AvgPool2d, GradientIsTheDerivative) {
+  nn::AvgPool2d pool({2, 1});
   const nn::Tensor x = random_tensor({2, 4, 3, 2}, 2);
   nn::Tensor y, dx;
   pool.forward(x, y, nn::Mode::training);
@@ -127,9 +127,9 @@ TEST(AvgPool2d, GradientIsTheDerivative) {
   EXPECT_NO_THROW(pool.backward(x, y, dy, nullptr));
 }
 
-TEST(AvgPool2d, RefusesMapsThatItsBlocksDoNotFill) {
-  EXPECT_THROW(AvgPool2d({0, 1}), std::invalid_argument);
-  const AvgPool2d pool({2, 3});
+TEST(nn::AvgPool2d, RefusesMapsThatItsBlocksDoNotFill) {
+  EXPECT_THROW(nn::AvgPool2d({0, 1}), std::invalid_argument);
+  const nn::AvgPool2d pool({2, 3});
   EXPECT_THROW(static_cast<void>(pool.output_shape({1, 5, 6, 1})), std::invalid_argument);
   EXPECT_THROW(static_cast<void>(pool.output_shape({1, 4, 7, 1})), std::invalid_argument);
 }

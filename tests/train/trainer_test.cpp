@@ -39,11 +39,11 @@ std::string message_of(const std::function<void()>& action) {
 }
 
 // The paper's network on small pictures, so that a step takes milliseconds.
-nn::Model small_model(std::uint64_t seed = 0) {
-  nn::EmbeddingNetworkOptions options;
+reid::Model small_model(std::uint64_t seed = 0) {
+  reid::EmbeddingNetworkOptions options;
   options.height = 16;
   options.width = 8;
-  nn::Model model{{}, nn::EmbeddingNetwork(options)};
+  reid::Model model{{}, reid::EmbeddingNetwork(options)};
   model.metadata.preprocessing.height = options.height;
   model.metadata.preprocessing.width = options.width;
   model.network.initialize(seed);
@@ -93,7 +93,7 @@ class TrainerTest : public testing::Test {
                        const fs::path& save = {}, const fs::path& resume = {},
                        const fs::path& cache = {}) {
     const TemporaryData out;
-    nn::Model model = small_model();
+    reid::Model model = small_model();
     Trainer trainer(model, training_set(), options);
     trainer.prepare({}, cache);
     if (!resume.empty()) trainer.load_checkpoint(resume);
@@ -105,7 +105,7 @@ class TrainerTest : public testing::Test {
     if (!save.empty()) trainer.save_checkpoint(save);
     if (!trainer.finished()) return outcome;
     trainer.finish();
-    nn::save_model(out.path() / "model", model);
+    reid::save_model(out.path() / "model", model);
     outcome.bytes = read_file(out.path() / "model");
     return outcome;
   }
@@ -177,8 +177,8 @@ TEST_F(TrainerTest, SeedsAndOptionsChangeTheResult) {
 }
 
 TEST_F(TrainerTest, FrozenLayersStayAsTheyWere) {
-  const nn::Model untouched = small_model();
-  nn::Model model = small_model();
+  const reid::Model untouched = small_model();
+  reid::Model model = small_model();
   TrainerOptions options = small_options("conv3_1");
   Trainer trainer(model, training_set(), options);
   trainer.prepare({});
@@ -200,7 +200,7 @@ TEST_F(TrainerTest, FrozenLayersStayAsTheyWere) {
 
 TEST_F(TrainerTest, TheBestValidatedWeightsAreKept) {
   const TemporaryData out;
-  nn::Model model = small_model();
+  reid::Model model = small_model();
   TrainerOptions options = small_options("fc1");
   options.iterations = 30;
   Trainer trainer(model, training_set(), options);
@@ -220,7 +220,7 @@ TEST_F(TrainerTest, TheBestValidatedWeightsAreKept) {
   trainer.finish();
   EXPECT_EQ(model.metadata.training->scores.begin()->second, best);
   EXPECT_EQ(model.metadata.training->iterations, best_iteration);
-  const nn::Model kept = nn::load_model(out.path() / "best");
+  const reid::Model kept = reid::load_model(out.path() / "best");
   const auto ours = model.network.stored_tensors(), theirs = kept.network.stored_tensors();
   for (std::size_t i = 0; i < ours.size(); ++i) {
     EXPECT_TRUE(std::equal(ours[i].value->values().begin(), ours[i].value->values().end(),
@@ -250,7 +250,7 @@ TEST_F(TrainerTest, AFeatureCacheServesLaterRunsOfTheSameViews) {
 
 TEST_F(TrainerTest, CachingCanBeStopped) {
   const TemporaryData out;
-  nn::Model model = small_model();
+  reid::Model model = small_model();
   Trainer trainer(model, training_set(), small_options("fc1"));
   EXPECT_EQ(trainer.cache_bytes(), 6u * 4 * 2 * (2 * 1 * 256) * 2);
   struct Stop {};
@@ -288,8 +288,8 @@ TEST_F(TrainerTest, ForeignCheckpointsAreRefusedByTheSettingThatDiffers) {
               HasSubstr("made with flip = 0.5, this run has 0"));
 
   // A model is no checkpoint; half a checkpoint is none either.
-  nn::Model model = small_model();
-  nn::save_model(out.path() / "model", model);
+  reid::Model model = small_model();
+  reid::save_model(out.path() / "model", model);
   EXPECT_THAT(message_of([&] { train(options, 5, {}, out.path() / "model"); }),
               HasSubstr("is no training checkpoint"));
   const std::string bytes = read_file(checkpoint);
@@ -300,13 +300,13 @@ TEST_F(TrainerTest, ForeignCheckpointsAreRefusedByTheSettingThatDiffers) {
 TEST_F(TrainerTest, ACheckpointIsAModelToo) {
   const TemporaryData out;
   train(small_options("fc1"), 3, out.path() / "checkpoint");
-  const nn::Model model = nn::load_model(out.path() / "checkpoint");
+  const reid::Model model = reid::load_model(out.path() / "checkpoint");
   EXPECT_EQ(model.network.options().height, 16);
 }
 
 TEST_F(TrainerTest, AFullDiskLeavesThePreviousCheckpoint) {
   const TemporaryData out;
-  nn::Model model = small_model();
+  reid::Model model = small_model();
   Trainer trainer(model, training_set(), small_options("fc1"));
   trainer.prepare({});
   trainer.step();
@@ -319,7 +319,7 @@ TEST_F(TrainerTest, OptionsAreCheckedByName) {
     TrainerOptions options = small_options("fc1");
     change(options);
     return message_of([&] {
-      nn::Model model = small_model();
+      reid::Model model = small_model();
       Trainer trainer(model, training_set(), options);
     });
   };

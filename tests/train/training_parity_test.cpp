@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "nn/every_target.h"
-#include "nn/formula_network.h"
+#include "reid/formula_network.h"
 #include "sdmt/nn/batch_norm.h"
 #include "sdmt/nn/sequential.h"
 #include "sdmt/nn/sgd.h"
@@ -26,24 +26,24 @@ const std::vector<int> kSamples = {0, 1, 2, 3, 4, 5};
 constexpr double kMargin = 2.0;
 constexpr double kLearningRate = 0.0003;
 
-std::vector<float> floats(const nn::Safetensors& file, const std::string& name) {
+std::vector<float> floats(const io::Safetensors& file, const std::string& name) {
   const auto& entry = file.at(name);
   std::vector<float> values(entry.count());
   file.read_floats(entry, values);
   return values;
 }
 
-nn::Model formula_model() {
+reid::Model formula_model() {
   const fs::path path =
       fs::path(testing::TempDir()) / ("training-" + std::to_string(::getpid()) + ".safetensors");
   nn::testing_support::write_formula_model(path);
-  nn::Model model = nn::load_model(path);
+  reid::Model model = reid::load_model(path);
   fs::remove(path);
   return model;
 }
 
 // Where a value of a file (PyTorch's order) lies in our memory.
-std::size_t in_memory(const nn::EmbeddingNetwork::StoredTensor& tensor, std::uint64_t in_file) {
+std::size_t in_memory(const reid::EmbeddingNetwork::StoredTensor& tensor, std::uint64_t in_file) {
   std::uint64_t inputs = 1;
   for (std::size_t i = 1; i < tensor.file_shape.size(); ++i) inputs *= tensor.file_shape[i];
   const auto positions = static_cast<std::uint64_t>(tensor.positions);
@@ -60,8 +60,8 @@ bool fuses_multiply_add() {
          target != "SCALAR";
 }
 
-void expect_gradient(const nn::Safetensors& fixture,
-                     const nn::EmbeddingNetwork::StoredTensor& tensor) {
+void expect_gradient(const io::Safetensors& fixture,
+                     const reid::EmbeddingNetwork::StoredTensor& tensor) {
   const auto gradient = tensor.parameter->grad.values();
   double squares = 0;
   for (const float value : gradient) squares += static_cast<double>(value) * value;
@@ -96,14 +96,14 @@ using TrainingParity = nn::EveryTarget;
 SDMT_INSTANTIATE_EVERY_TARGET(TrainingParity);
 
 TEST_P(TrainingParity, LossGradientsAndTenSteps) {
-  const nn::Safetensors fixture(fs::path(SDMT_TESTS_DIR) / "train/fixtures/training.safetensors");
-  nn::Model model = formula_model();
-  nn::EmbeddingNetwork& network = model.network;
+  const io::Safetensors fixture(fs::path(SDMT_TESTS_DIR) / "train/fixtures/training.safetensors");
+  reid::Model model = formula_model();
+  reid::EmbeddingNetwork& network = model.network;
   const int batch = static_cast<int>(kLabels.size());
   nn::Tensor patches(network.input_shape(batch));
   for (int i = 0; i < batch; ++i) {
     const nn::testing_support::FormulaCrop crop(i);
-    ASSERT_TRUE(nn::extract_patch(crop.view(), crop.rect(), {}, patches.image(i)));
+    ASSERT_TRUE(image::extract_patch(crop.view(), crop.rect(), {}, patches.image(i)));
   }
   auto parameters = network.trunk().named_parameters();
   for (auto& parameter : network.head().named_parameters()) parameters.push_back(parameter);

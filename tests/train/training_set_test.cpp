@@ -56,8 +56,8 @@ TEST(TrainingSet, PeopleOfSeveralFoldersAreDifferent) {
 TEST(TrainingSet, DistractorsAreNobody) {
   const TemporaryData data;
   data.write_people(2, 2);
-  data.write_image("0000_c1s1_000001_00.jpg", Image(8, 8));
-  data.write_image("0000_c1s1_000002_00.jpg", Image(8, 8));
+  data.write_image("0000_c1s1_000001_00.jpg", image::Image(8, 8));
+  data.write_image("0000_c1s1_000002_00.jpg", image::Image(8, 8));
   const TrainingSet set = load_training_set(of(data.path()));
   EXPECT_EQ(set.identities.size(), 2u);
   EXPECT_EQ(set.images.size(), 4u);
@@ -146,17 +146,17 @@ TEST(TrainingSet, NamesWhatCannotBeTrainedOn) {
 
 TEST(ImageFile, ReadsColourAndRefusesDamage) {
   const TemporaryData data;
-  Image image(3, 2);
+  image::Image image(3, 2);
   for (std::size_t i = 0; i < image.bgr.size(); ++i)
     image.bgr[i] = static_cast<std::uint8_t>(10 * i);
   data.write_image("a.png", image);
-  const Image read = read_image(data.path() / "a.png");
+  const image::Image read = media::read_image(data.path() / "a.png");
   EXPECT_EQ(read.width, 3);
   EXPECT_EQ(read.height, 2);
   EXPECT_EQ(read.bgr, image.bgr);
-  EXPECT_THROW(read_image(data.path() / "b.png"), std::invalid_argument);
+  EXPECT_THROW(media::read_image(data.path() / "b.png"), std::invalid_argument);
   data.write("cut.jpg", std::string("\xFF\xD8\xFF\xE0 and then nothing", 22));
-  EXPECT_THROW(read_image(data.path() / "cut.jpg"), std::invalid_argument);
+  EXPECT_THROW(media::read_image(data.path() / "cut.jpg"), std::invalid_argument);
 }
 
 TEST(ImageFile, ATruncatedJpegIsNotHalfGrey) {
@@ -167,8 +167,8 @@ TEST(ImageFile, ATruncatedJpegIsNotHalfGrey) {
   const TemporaryData data;
   data.write("whole.jpg", bytes);
   data.write("cut.jpg", bytes.substr(0, bytes.size() / 2));
-  EXPECT_EQ(read_image(data.path() / "whole.jpg").width, 64);
-  EXPECT_THROW(read_image(data.path() / "cut.jpg"), std::invalid_argument);
+  EXPECT_EQ(media::read_image(data.path() / "whole.jpg").width, 64);
+  EXPECT_THROW(media::read_image(data.path() / "cut.jpg"), std::invalid_argument);
 }
 
 }  // namespace

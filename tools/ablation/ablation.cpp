@@ -6,11 +6,11 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "cli/text_table.h"
+#include "sdmt/pipeline/file_detections.h"
+#include "sdmt/pipeline/sequence_runner.h"
 #include "sdmt/track/histogram_appearance.h"
 #include "sdmt/track/tracker.h"
-#include "text_table.h"
-#include "tracking/file_detections.h"
-#include "tracking/sequence_runner.h"
 
 namespace sdmt::tools {
 
@@ -19,7 +19,7 @@ using nlohmann::ordered_json;
 namespace {
 
 struct Tracked {
-  std::vector<track::ResultRow> results;
+  std::vector<mot::ResultRow> results;
   std::int64_t frames = 0;
   double seconds = 0;
 };
@@ -43,17 +43,18 @@ Tracked run_sort(const AblationSequence& input, const track::SortOptions& option
 Tracked run_tracker(const AblationSequence& input, const AblationVariant& variant,
                     track::AppearanceModel* appearance, const std::function<void()>& frame_done,
                     const std::function<void(const std::string&)>& warning) {
-  const auto frames = open_frame_source(input.sequence.folder.string());
-  FileDetections detections(input.detections);
+  const auto frames = pipeline::open_frame_source(input.sequence.folder.string());
+  pipeline::FileDetections detections(input.detections);
   track::Tracker tracker(variant.options, appearance);
   Tracked out;
-  RunObservers observers;
-  observers.read = [&](const Frame&) { frame_done(); };
+  pipeline::RunObservers observers;
+  observers.read = [&](const pipeline::Frame&) { frame_done(); };
   observers.finished = [&](const track::FinishedFrame& frame) {
     track::append_results(frame, out.results);
   };
   observers.warning = warning;
-  const auto report = run_sequence(*frames, detections, tracker, appearance != nullptr, observers);
+  const auto report =
+      pipeline::run_sequence(*frames, detections, tracker, appearance != nullptr, observers);
   out.frames = report.stats.frames;
   out.seconds = report.tracker_seconds();
   return out;

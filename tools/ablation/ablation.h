@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "evaluation/evaluation.h"
+#include "sdmt/mot/mot_file.h"
+#include "sdmt/mot/sequence.h"
 #include "sdmt/track/appearance_model.h"
-#include "sdmt/track/mot_file.h"
-#include "sdmt/track/sequence.h"
 #include "sdmt/track/sort_baseline.h"
 #include "sdmt/track/tracker_options.h"
 
@@ -48,9 +48,9 @@ std::vector<AblationVariant> ablation_variants(
 
 /// A sequence to run on, with its detections.
 struct AblationSequence {
-  track::Sequence sequence;
+  mot::Sequence sequence;
   eval::GroundTruth gt;
-  track::DetectionFile detections;
+  mot::DetectionFile detections;
 };
 
 /// What came out of one variant over all sequences.

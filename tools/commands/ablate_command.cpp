@@ -7,13 +7,13 @@
 #include <stdexcept>
 
 #include "ablation/ablation.h"
-#include "command.h"
-#include "console.h"
-#include "json_file.h"
-#include "output_paths.h"
-#include "progress.h"
-#include "sdmt/nn/output_file.h"
-#include "tracking/tracker_arguments.h"
+#include "cli/command.h"
+#include "cli/console.h"
+#include "cli/json_file.h"
+#include "cli/output_paths.h"
+#include "cli/progress.h"
+#include "cli/tracker_arguments.h"
+#include "sdmt/io/output_file.h"
 
 namespace sdmt::tools {
 
@@ -37,9 +37,9 @@ void warn(const std::string& text) { say(stderr, "sdmt ablate: warning: {}\n", t
 
 AblationSequence load_sequence(const fs::path& folder, const std::string& detections) {
   AblationSequence input;
-  input.sequence = track::Sequence::read(folder);
+  input.sequence = mot::Sequence::read(folder);
   input.gt = eval::read_sequence_ground_truth(folder);
-  input.detections = track::DetectionFile::read(folder / "det" / detections);
+  input.detections = mot::DetectionFile::read(folder / "det" / detections);
   return input;
 }
 
@@ -125,7 +125,7 @@ void run(const AblateOptions& options) {
       inputs.size() == 1 ? "" : "s", total, run.detections, eval::to_string(run.benchmark),
       run.compat == eval::Compat::devkit ? "the MATLAB devkit" : "TrackEval", to_text(run));
   write_json_file(options.json, to_json(run));
-  if (!options.report.empty()) nn::write_text_file(options.report, ablation_html(run));
+  if (!options.report.empty()) io::write_text_file(options.report, ablation_html(run));
 }
 
 }  // namespace

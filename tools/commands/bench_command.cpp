@@ -9,18 +9,18 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "command.h"
-#include "console.h"
-#include "json_file.h"
-#include "network_summary.h"
-#include "output_paths.h"
-#include "peak_memory.h"
+#include "cli/command.h"
+#include "cli/console.h"
+#include "cli/json_file.h"
+#include "cli/output_paths.h"
+#include "cli/peak_memory.h"
+#include "cli/text_table.h"
+#include "report/network_summary.h"
 #include "sdmt/nn/adam.h"
-#include "sdmt/nn/model_file.h"
 #include "sdmt/nn/random.h"
 #include "sdmt/nn/sequential.h"
 #include "sdmt/nn/simd_target.h"
-#include "text_table.h"
+#include "sdmt/reid/model_file.h"
 
 namespace sdmt::tools {
 
@@ -64,14 +64,14 @@ nn::Tensor random_tensor(nn::Shape shape, std::uint64_t seed) {
   return tensor;
 }
 
-Timing measure_forward(nn::EmbeddingNetwork& network, int batch, int repeat) {
+Timing measure_forward(reid::EmbeddingNetwork& network, int batch, int repeat) {
   const nn::Tensor patches = random_tensor(network.input_shape(batch), 1);
   return measure(repeat, [&] { network.forward(patches, nn::Mode::inference); });
 }
 
 // One step: forward, backward and update; the loss itself costs nothing beside them. A frozen trunk
 // runs forward only.
-Timing measure_training(nn::EmbeddingNetwork& network, int batch, bool frozen, int repeat) {
+Timing measure_training(reid::EmbeddingNetwork& network, int batch, bool frozen, int repeat) {
   for (const auto& named : network.trunk().named_parameters()) {
     named.parameter->trainable = !frozen;
   }
@@ -82,7 +82,7 @@ Timing measure_training(nn::EmbeddingNetwork& network, int batch, bool frozen, i
   }
   nn::Adam optimizer(parameters, {.learning_rate = 1e-6});
   const nn::Tensor patches = random_tensor(network.input_shape(batch), 1);
-  const nn::Tensor gradient = random_tensor({batch, 1, 1, nn::kEmbeddingSize}, 2);
+  const nn::Tensor gradient = random_tensor({batch, 1, 1, reid::kEmbeddingSize}, 2);
   nn::Tensor feature_gradient;
   return measure(repeat, [&] {
     optimizer.zero_grad();
@@ -97,13 +97,13 @@ Timing measure_training(nn::EmbeddingNetwork& network, int batch, bool frozen, i
 
 void run(const BenchOptions& options) {
   check_outputs({{"--model", options.model}}, {{"--json", options.json}});
-  nn::Model model;
+  reid::Model model;
   if (options.model.empty()) {
     model.network.initialize(0);
   } else {
-    model = nn::load_model(options.model);
+    model = reid::load_model(options.model);
   }
-  nn::EmbeddingNetwork& network = model.network;
+  reid::EmbeddingNetwork& network = model.network;
   ordered_json result;
   result["threads"] = omp_get_max_threads();
   result["target"] = nn::simd_target();

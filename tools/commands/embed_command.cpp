@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "command.h"
-#include "output_paths.h"
-#include "progress.h"
-#include "sdmt/nn/embedder.h"
-#include "sdmt/train/image_file.h"
-#include "shipped_files.h"
+#include "cli/command.h"
+#include "cli/output_paths.h"
+#include "cli/progress.h"
+#include "cli/shipped_files.h"
+#include "sdmt/media/image_file.h"
+#include "sdmt/reid/embedder.h"
 
 namespace sdmt::tools {
 
@@ -27,11 +27,11 @@ struct EmbedOptions {
 };
 
 // Decodes all files, by all threads. The error of the first bad one, in their order, is thrown.
-std::vector<train::Image> read_all(std::span<const fs::path> paths) {
-  std::vector<train::Image> images;
-  auto decoded = train::read_images(paths);
+std::vector<image::Image> read_all(std::span<const fs::path> paths) {
+  std::vector<image::Image> images;
+  auto decoded = media::read_images(paths);
   for (std::size_t i = 0; i < paths.size(); ++i) {
-    images.push_back(decoded[i] ? std::move(*decoded[i]) : train::read_image(paths[i]));
+    images.push_back(decoded[i] ? std::move(*decoded[i]) : media::read_image(paths[i]));
   }
   return images;
 }
@@ -40,8 +40,8 @@ void run(const EmbedOptions& options) {
   std::vector<NamedPath> inputs{{"--model", options.model}};
   for (const std::string& image : options.images) inputs.push_back({"IMAGE", image});
   check_outputs(inputs, {{"--output", options.output}});
-  nn::Embedder embedder(
-      nn::load_model(options.model.empty() ? find_default_model() : fs::path(options.model)));
+  reid::Embedder embedder(
+      reid::load_model(options.model.empty() ? find_default_model() : fs::path(options.model)));
 
   const std::vector<fs::path> paths(options.images.begin(), options.images.end());
   constexpr std::size_t kAtOnce = 160;  // pictures in memory
@@ -49,13 +49,13 @@ void run(const EmbedOptions& options) {
   Progress progress("embed", static_cast<std::int64_t>(paths.size()), "images");
   for (std::size_t first = 0; first < paths.size(); first += kAtOnce) {
     const auto piece = std::span(paths).subspan(first, std::min(kAtOnce, paths.size() - first));
-    const std::vector<train::Image> images = read_all(piece);
-    std::vector<nn::Crop> crops;
+    const std::vector<image::Image> images = read_all(piece);
+    std::vector<reid::Crop> crops;
     crops.reserve(images.size());
-    for (const train::Image& image : images) {
+    for (const image::Image& image : images) {
       crops.push_back({image.view(), {0, 0, 1.0 * image.width, 1.0 * image.height}});
     }
-    nn::EmbeddingRows rows;
+    reid::EmbeddingRows rows;
     embedder.embed(crops, rows);
     for (std::size_t i = 0; i < piece.size(); ++i) {
       if (rows.valid[i] == 0) {
@@ -68,11 +68,11 @@ void run(const EmbedOptions& options) {
     progress.update(static_cast<std::int64_t>(first + piece.size()));
   }
 
-  nn::SafetensorsWriter writer;
+  io::SafetensorsWriter writer;
   writer.set_metadata("images",
                       nlohmann::json(options.images)
                           .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
-  writer.add("embeddings", {paths.size(), nn::kEmbeddingSize}, embeddings);
+  writer.add("embeddings", {paths.size(), reid::kEmbeddingSize}, embeddings);
   writer.write(options.output);
 }
 

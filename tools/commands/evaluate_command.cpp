@@ -7,14 +7,14 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "command.h"
-#include "console.h"
+#include "cli/command.h"
+#include "cli/console.h"
+#include "cli/json_file.h"
+#include "cli/output_paths.h"
 #include "evaluation/evaluation.h"
-#include "evaluation/evaluation_report.h"
-#include "evaluation/event_report.h"
-#include "json_file.h"
-#include "output_paths.h"
-#include "sdmt/nn/output_file.h"
+#include "report/evaluation_report.h"
+#include "report/event_report.h"
+#include "sdmt/io/output_file.h"
 
 namespace sdmt::tools {
 
@@ -87,8 +87,8 @@ Evaluation evaluate(const EvaluateOptions& options) {
   Evaluation evaluation;
   evaluation.benchmark = eval::parse_benchmark(options.benchmark);
   evaluation.compat = eval::parse_compat(options.compat);
-  const auto early = evaluation.compat == eval::Compat::devkit ? track::RowsBeforeFrame1::drop
-                                                               : track::RowsBeforeFrame1::refuse;
+  const auto early = evaluation.compat == eval::Compat::devkit ? mot::RowsBeforeFrame1::drop
+                                                               : mot::RowsBeforeFrame1::refuse;
   for (const auto& path : options.results) {
     if (!fs::exists(path)) throw std::invalid_argument(path + ": no such file or folder");
   }
@@ -106,8 +106,8 @@ Evaluation evaluate(const EvaluateOptions& options) {
   }
   for (const auto& [name, folder] : folders) {
     const auto gt = eval::read_sequence_ground_truth(folder);
-    std::vector<track::ResultRow> rows;
-    if (!files[name].empty()) rows = track::read_results(files[name], early);
+    std::vector<mot::ResultRow> rows;
+    if (!files[name].empty()) rows = mot::read_results(files[name], early);
     evaluation.sequences.push_back(evaluate_sequence(folder, gt, rows, files[name].string(),
                                                      evaluation.benchmark, evaluation.compat));
   }
@@ -158,9 +158,9 @@ void run(const EvaluateOptions& options) {
   write_json_file(options.json, json);
   if (!options.report.empty()) {
     const auto what = fmt::format("{}", fmt::join(options.results, ", "));
-    nn::write_text_file(options.report, evaluation_html(evaluation, what, options.events));
+    io::write_text_file(options.report, evaluation_html(evaluation, what, options.events));
   }
-  if (!options.csv.empty()) nn::write_text_file(options.csv, to_csv(evaluation));
+  if (!options.csv.empty()) io::write_text_file(options.csv, to_csv(evaluation));
 }
 
 }  // namespace

@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <memory>
 
-#include "command.h"
-#include "console.h"
-#include "output_paths.h"
-#include "sdmt/nn/model_file.h"
+#include "cli/command.h"
+#include "cli/console.h"
+#include "cli/output_paths.h"
+#include "sdmt/reid/model_file.h"
 
 namespace sdmt::tools {
 
@@ -21,12 +21,12 @@ struct InitModelOptions {
 
 void run(const InitModelOptions& options) {
   check_outputs({{"--trunk", options.trunk}}, {{"--output", options.output}});
-  nn::Model model;
+  reid::Model model;
   model.network.initialize(options.seed);
   if (options.trunk.empty()) {
     model.metadata.provenance = fmt::format("random weights, seed {}", options.seed);
   } else {
-    const auto ignored = nn::load_trunk(options.trunk, model.network);
+    const auto ignored = reid::load_trunk(options.trunk, model.network);
     const std::string name = std::filesystem::path(options.trunk).filename().string();
     model.metadata.provenance =
         fmt::format("trunk from {}, random head, seed {}", name, options.seed);
@@ -34,7 +34,7 @@ void run(const InitModelOptions& options) {
       say(stdout, "ignored {} tensors of {}: {}\n", ignored.size(), name, fmt::join(ignored, ", "));
     }
   }
-  nn::save_model(options.output, model);
+  reid::save_model(options.output, model);
   say(stdout, "wrote {}: {}\n", options.output, model.metadata.provenance);
 }
 

@@ -6,13 +6,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "command.h"
-#include "console.h"
-#include "json_file.h"
-#include "network_summary.h"
-#include "output_paths.h"
-#include "sdmt/nn/model_file.h"
-#include "text_table.h"
+#include "cli/command.h"
+#include "cli/console.h"
+#include "cli/json_file.h"
+#include "cli/output_paths.h"
+#include "cli/text_table.h"
+#include "report/network_summary.h"
+#include "sdmt/reid/model_file.h"
 
 namespace sdmt::tools {
 
@@ -26,18 +26,18 @@ struct InspectOptions {
 };
 
 // Every file is one of these; a checkpoint is a model and more.
-std::string kind_of(const nn::Safetensors& file) {
-  if (!file.metadata().contains(nn::kModelMetadataKey)) return "tensors";
+std::string kind_of(const io::Safetensors& file) {
+  if (!file.metadata().contains(reid::kModelMetadataKey)) return "tensors";
   return file.find("training.progress") != nullptr ? "checkpoint" : "model";
 }
 
-ordered_json describe(const nn::Safetensors& file, nn::Model* model) {
+ordered_json describe(const io::Safetensors& file, reid::Model* model) {
   ordered_json result;
   result["file"] = file.name();
   result["kind"] = kind_of(file);
   result["bytes"] = std::filesystem::file_size(file.name());
   if (model != nullptr) {
-    result["model"] = ordered_json::parse(nn::to_json(model->metadata));
+    result["model"] = ordered_json::parse(reid::to_json(model->metadata));
     auto& layers = result["layers"] = ordered_json::array();
     for (const LayerSummary& layer : summarize(model->network)) {
       layers.push_back({{"name", layer.name},
@@ -48,24 +48,24 @@ ordered_json describe(const nn::Safetensors& file, nn::Model* model) {
     }
   }
   for (const auto& [key, text] : file.metadata()) {
-    if (key != nn::kModelMetadataKey) result["metadata"][key] = text;
+    if (key != reid::kModelMetadataKey) result["metadata"][key] = text;
   }
   auto& tensors = result["tensors"] = ordered_json::array();
-  for (const nn::SafetensorsEntry& entry : file.tensors()) {
+  for (const io::SafetensorsEntry& entry : file.tensors()) {
     tensors.push_back({{"name", entry.name},
-                       {"dtype", nn::dtype_name(entry.dtype)},
+                       {"dtype", io::dtype_name(entry.dtype)},
                        {"shape", entry.shape},
                        {"bytes", entry.bytes.size()}});
   }
   return result;
 }
 
-void print_model(nn::Model& model) {
-  const nn::ModelMetadata& metadata = model.metadata;
-  const nn::Preprocessing& p = metadata.preprocessing;
+void print_model(reid::Model& model) {
+  const reid::ModelMetadata& metadata = model.metadata;
+  const image::Preprocessing& p = metadata.preprocessing;
   say(stdout, "architecture   {} (format {})\n", metadata.architecture, metadata.format_version);
   say(stdout, "input          {} x {} (height x width), {}, mean {}, std {}\n", p.height, p.width,
-      p.order == nn::ChannelOrder::rgb ? "rgb" : "bgr", fmt::join(p.mean, " "),
+      p.order == image::ChannelOrder::rgb ? "rgb" : "bgr", fmt::join(p.mean, " "),
       fmt::join(p.std, " "));
   say(stdout, "flatten order  {}\n", metadata.flatten_order);
   say(stdout, "margin         {}\n", metadata.margin);
@@ -107,23 +107,23 @@ void print_model(nn::Model& model) {
 
 void run(const InspectOptions& options) {
   check_outputs({{"FILE", options.file}}, {{"--json", options.json}});
-  const nn::Safetensors file(options.file);
-  std::optional<nn::Model> model;
+  const io::Safetensors file(options.file);
+  std::optional<reid::Model> model;
   // Reading the model checks that it would work, not only that it can be listed.
-  if (kind_of(file) != "tensors") model = nn::read_model(file);
+  if (kind_of(file) != "tensors") model = reid::read_model(file);
 
   say(stdout, "{}: {}, {:.1f} MB\n", options.file, kind_of(file),
       static_cast<double>(std::filesystem::file_size(options.file)) / 1e6);
   if (model) print_model(*model);
   for (const auto& [key, text] : file.metadata()) {
-    if (key != nn::kModelMetadataKey) say(stdout, "{}: {}\n", key, text);
+    if (key != reid::kModelMetadataKey) say(stdout, "{}: {}\n", key, text);
   }
   if (kind_of(file) == "checkpoint") {
     say(stdout, "training.progress: iteration {}\n", file.read_integers("training.progress").at(0));
   }
   TextTable table({"tensor", "dtype", "shape", "bytes"}, {1, 2});
-  for (const nn::SafetensorsEntry& entry : file.tensors()) {
-    table.add_row({entry.name, std::string(nn::dtype_name(entry.dtype)), entry.shape_str(),
+  for (const io::SafetensorsEntry& entry : file.tensors()) {
+    table.add_row({entry.name, std::string(io::dtype_name(entry.dtype)), entry.shape_str(),
                    fmt::format("{}", entry.bytes.size())});
   }
   say(stdout, "{}", table.str());

@@ -4,11 +4,11 @@
 #include <memory>
 #include <string>
 
-#include "command.h"
-#include "console.h"
-#include "progress.h"
-#include "stop_signal.h"
-#include "synth_reid.h"
+#include "cli/command.h"
+#include "cli/console.h"
+#include "cli/progress.h"
+#include "cli/stop_signal.h"
+#include "synth/synth_reid.h"
 
 namespace sdmt::tools {
 

@@ -10,23 +10,23 @@
 #include <string>
 #include <vector>
 
-#include "command.h"
-#include "console.h"
-#include "output_paths.h"
-#include "progress.h"
-#include "sdmt/nn/output_file.h"
-#include "sdmt/track/mot_file.h"
-#include "sdmt/track/sequence.h"
-#include "stop_signal.h"
-#include "tracking/file_detections.h"
-#include "tracking/frame_replay.h"
-#include "tracking/hog_detector.h"
-#include "tracking/run_report_text.h"
-#include "tracking/sequence_runner.h"
-#include "tracking/track_renderer.h"
-#include "tracking/track_writers.h"
-#include "tracking/tracker_arguments.h"
-#include "tracking/video_file.h"
+#include "cli/command.h"
+#include "cli/console.h"
+#include "cli/output_paths.h"
+#include "cli/progress.h"
+#include "cli/stop_signal.h"
+#include "cli/tracker_arguments.h"
+#include "report/run_report_text.h"
+#include "sdmt/io/output_file.h"
+#include "sdmt/mot/mot_file.h"
+#include "sdmt/mot/sequence.h"
+#include "sdmt/pipeline/file_detections.h"
+#include "sdmt/pipeline/frame_replay.h"
+#include "sdmt/pipeline/hog_detector.h"
+#include "sdmt/pipeline/sequence_runner.h"
+#include "sdmt/pipeline/track_renderer.h"
+#include "sdmt/pipeline/track_writers.h"
+#include "sdmt/pipeline/video_file.h"
 
 namespace sdmt::tools {
 
@@ -43,24 +43,25 @@ struct TrackCommand {
   std::string json;
   std::string explain;
   bool stats = false;
-  HogOptions hog;
+  pipeline::HogOptions hog;
   TrackerArguments tracker;
 
   void run() const;
 
  private:
   // Throws when the sequence has no frames and something needs them.
-  void check_input(const FrameSource& source, bool hog_wanted) const;
+  void check_input(const pipeline::FrameSource& source, bool hog_wanted) const;
 };
 
 // Draws the finished frames into a video.
-class VideoWriter : public TrackWriter {
+class VideoWriter : public pipeline::TrackWriter {
  public:
-  VideoWriter(const std::string& path, const std::string& input, const FrameSource& source)
+  VideoWriter(const std::string& path, const std::string& input,
+              const pipeline::FrameSource& source)
       : file_(path, source.frame_rate() > 0 ? source.frame_rate() : kUnknownFrameRate),
         replay_(input, source) {}
 
-  void add(const Frame& frame) { replay_.add(frame); }
+  void add(const pipeline::Frame& frame) { replay_.add(frame); }
   void write(const track::FinishedFrame& frame) override {
     cv::Mat image = replay_.next();
     renderer_.draw(frame, image);
@@ -69,9 +70,9 @@ class VideoWriter : public TrackWriter {
   void commit() override { file_.commit(); }
 
  private:
-  VideoFile file_;
-  FrameReplay replay_;
-  TrackRenderer renderer_;
+  pipeline::VideoFile file_;
+  pipeline::FrameReplay replay_;
+  pipeline::TrackRenderer renderer_;
 };
 
 // A CSV line for each decision about two tracklets.
@@ -88,22 +89,22 @@ class Explanation {
   void commit() { file_.commit(); }
 
  private:
-  nn::OutputFile file_;
+  io::OutputFile file_;
 };
 
 // --detections, or what the input offers.
 std::string chosen_detections(const std::string& detections, const std::string& input) {
   if (!detections.empty()) return detections;
-  if (!track::Sequence::is_sequence(input)) return "hog";
-  const auto file = track::Sequence::read(input).detections();
+  if (!mot::Sequence::is_sequence(input)) return "hog";
+  const auto file = mot::Sequence::read(input).detections();
   return std::filesystem::exists(file) ? file.string() : "hog";
 }
 
 void warn(const std::string& text) { say(stderr, "sdmt track: warning: {}\n", text); }
 
 // The detections of a file; says what may be wrong with their scores.
-track::DetectionFile read_detections(const std::string& path, track::TrackerOptions& options) {
-  auto file = track::DetectionFile::read(path);
+mot::DetectionFile read_detections(const std::string& path, track::TrackerOptions& options) {
+  auto file = mot::DetectionFile::read(path);
   if (!options.use_scores || file.size() == 0) return file;
   if (!file.has_scores()) {
     options.use_scores = false;
@@ -113,7 +114,7 @@ track::DetectionFile read_detections(const std::string& path, track::TrackerOpti
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
   for (int frame = 1; frame <= file.last_frame(); ++frame) {
-    for (const track::Detection& detection : file.frame(frame)) {
+    for (const mot::Detection& detection : file.frame(frame)) {
       low = std::min(low, detection.score);
       high = std::max(high, detection.score);
     }
@@ -127,7 +128,7 @@ track::DetectionFile read_detections(const std::string& path, track::TrackerOpti
   return file;
 }
 
-void TrackCommand::check_input(const FrameSource& source, bool hog_wanted) const {
+void TrackCommand::check_input(const pipeline::FrameSource& source, bool hog_wanted) const {
   if (source.has_images()) return;
   if (hog_wanted) {
     throw std::invalid_argument(input +
@@ -152,18 +153,18 @@ void TrackCommand::run() const {
   const StopSignal stop;
   track::TrackerOptions options = tracker.options;
   options.validate();
-  const auto source = open_frame_source(input);
+  const auto source = pipeline::open_frame_source(input);
   const std::string wanted = chosen_detections(detections, input);
   const bool hog_wanted = wanted == "hog";
   check_input(*source, hog_wanted);
 
-  std::unique_ptr<DetectionSource> boxes;
+  std::unique_ptr<pipeline::DetectionSource> boxes;
   if (hog_wanted) {
-    boxes = std::make_unique<HogDetector>(hog);
+    boxes = std::make_unique<pipeline::HogDetector>(hog);
     if (options.calibration) warn("--calibration is not used: hog gives probabilities");
     options.calibration.reset();
   } else {
-    boxes = std::make_unique<FileDetections>(read_detections(wanted, options));
+    boxes = std::make_unique<pipeline::FileDetections>(read_detections(wanted, options));
   }
 
   // Everything that can be wrong with the outputs is found before the work begins.
@@ -174,27 +175,27 @@ void TrackCommand::run() const {
        {"--render", render},
        {"--json", json},
        {"--explain", explain}});
-  std::vector<std::unique_ptr<TrackWriter>> writers;
-  if (!output.empty()) writers.push_back(make_mot_writer(output));
-  if (!jsonl.empty()) writers.push_back(make_jsonl_writer(jsonl));
+  std::vector<std::unique_ptr<pipeline::TrackWriter>> writers;
+  if (!output.empty()) writers.push_back(pipeline::make_mot_writer(output));
+  if (!jsonl.empty()) writers.push_back(pipeline::make_jsonl_writer(jsonl));
   VideoWriter* video = nullptr;
   if (!render.empty()) {
     auto writer = std::make_unique<VideoWriter>(render, input, *source);
     video = writer.get();
     writers.push_back(std::move(writer));
   }
-  std::optional<nn::OutputFile> json_file;
+  std::optional<io::OutputFile> json_file;
   if (!json.empty()) json_file.emplace(json);
   const auto appearance = tracker.load_appearance(warn);
   track::Tracker engine(options, appearance.get());
   std::optional<Explanation> explanation;
   if (!explain.empty()) explanation.emplace(explain, engine);
 
-  RunReport report;
+  pipeline::RunReport report;
   {
     Progress progress("tracking", source->frame_count(), "frames");
-    RunObservers observers;
-    observers.read = [&](const Frame& frame) {
+    pipeline::RunObservers observers;
+    observers.read = [&](const pipeline::Frame& frame) {
       if (video != nullptr) video->add(frame);
       progress.update(frame.number);
     };
@@ -205,7 +206,7 @@ void TrackCommand::run() const {
     observers.stop = [&] { return stop.requested(); };
     const bool images =
         hog_wanted || appearance != nullptr || (video != nullptr && !source->repeatable());
-    report = run_sequence(*source, *boxes, engine, images, observers);
+    report = pipeline::run_sequence(*source, *boxes, engine, images, observers);
   }
   for (const auto& writer : writers) writer->commit();
   if (explanation) explanation->commit();

@@ -16,17 +16,17 @@
 #include <utility>
 #include <vector>
 
-#include "command.h"
-#include "console.h"
-#include "json_file.h"
-#include "named_values.h"
-#include "output_paths.h"
-#include "progress.h"
-#include "sdmt/nn/model_file.h"
+#include "cli/command.h"
+#include "cli/console.h"
+#include "cli/json_file.h"
+#include "cli/named_values.h"
+#include "cli/output_paths.h"
+#include "cli/progress.h"
+#include "cli/stop_signal.h"
+#include "sdmt/reid/model_file.h"
 #include "sdmt/train/pair_classifier.h"
 #include "sdmt/train/trainer.h"
 #include "sdmt/train/training_log.h"
-#include "stop_signal.h"
 
 namespace sdmt::tools {
 
@@ -41,7 +41,7 @@ struct Arguments {
   std::string output, trunk, model, unfreeze, tie = "8x2";
   std::string head = "metric";
   bool freeze_trunk = false;
-  nn::Storage storage = nn::Storage::float32;
+  reid::Storage storage = reid::Storage::float32;
   std::string checkpoint, resume, log, feature_cache, json;
   std::int64_t checkpoint_every = 1000;
 };
@@ -71,12 +71,12 @@ std::optional<train::BlockGrid> parse_tie(const std::string& text) {
                               "', expected ROWSxCOLUMNS, such as 8x2, or none");
 }
 
-nn::Model starting_model(const Arguments& arguments) {
-  if (!arguments.model.empty()) return nn::load_model(arguments.model);
-  nn::Model model;
+reid::Model starting_model(const Arguments& arguments) {
+  if (!arguments.model.empty()) return reid::load_model(arguments.model);
+  reid::Model model;
   model.network.initialize(arguments.trainer.seed);
   if (!arguments.trunk.empty()) {
-    const auto ignored = nn::load_trunk(arguments.trunk, model.network);
+    const auto ignored = reid::load_trunk(arguments.trunk, model.network);
     model.metadata.provenance = "trunk from " + fs::path(arguments.trunk).filename().string();
     if (!ignored.empty()) {
       say(stdout, "{}: {} tensors besides conv1_1 to conv3_3 are ignored, the first is {}\n",
@@ -168,7 +168,7 @@ void refuse_options_of_the_metric_head(const Arguments& arguments) {
 }
 
 // The paper's other network, a baseline: no checkpoints, as it takes minutes.
-void run_pair_classifier(nn::Model& model, const train::TrainingSet& data,
+void run_pair_classifier(reid::Model& model, const train::TrainingSet& data,
                          const Arguments& arguments, const StopSignal& stop) {
   std::unique_ptr<Progress> progress;
   std::int64_t cached = 0;
@@ -221,7 +221,7 @@ void train_embedder(Arguments arguments) {
                  {"--feature-cache", arguments.feature_cache}});
 
   const StopSignal stop;
-  nn::Model model = starting_model(arguments);
+  reid::Model model = starting_model(arguments);
   train::TrainingSet data = train::load_training_set(arguments.data);
   nlohmann::ordered_json report;
   report["images"] = data.images.size();
@@ -258,7 +258,7 @@ void train_embedder(Arguments arguments) {
     return;
   }
   trainer.finish();
-  nn::save_model(arguments.output, model, arguments.storage);
+  reid::save_model(arguments.output, model, arguments.storage);
   say(stdout, "wrote {}\n", arguments.output);
   write_json_file(arguments.json, report);
 }
@@ -302,9 +302,9 @@ void add_model_options(CLI::App& command, Arguments& a) {
   command.add_option("--tie", a.tie, "Blocks of the map that share FC1's weights, or none")
       ->capture_default_str();
   command.add_option("--storage", a.storage, "Of the weights: float32, float16 or int8 [float32]")
-      ->transform(by_name<nn::Storage>({{"float32", nn::Storage::float32},
-                                        {"float16", nn::Storage::float16},
-                                        {"int8", nn::Storage::int8}}))
+      ->transform(by_name<reid::Storage>({{"float32", reid::Storage::float32},
+                                          {"float16", reid::Storage::float16},
+                                          {"int8", reid::Storage::int8}}))
       ->type_name("NAME");
 }
 

@@ -8,18 +8,18 @@
 #include <utility>
 #include <vector>
 
-#include "command.h"
-#include "console.h"
-#include "json_file.h"
-#include "output_paths.h"
-#include "progress.h"
-#include "sdmt/nn/model_file.h"
-#include "sdmt/nn/output_file.h"
-#include "shipped_files.h"
+#include "cli/command.h"
+#include "cli/console.h"
+#include "cli/json_file.h"
+#include "cli/output_paths.h"
+#include "cli/progress.h"
+#include "cli/shipped_files.h"
+#include "report/validation_report.h"
+#include "sdmt/io/output_file.h"
+#include "sdmt/reid/model_file.h"
 #include "validation/crop_feature.h"
 #include "validation/validation.h"
 #include "validation/validation_crops.h"
-#include "validation/validation_report.h"
 
 namespace sdmt::tools {
 
@@ -48,11 +48,11 @@ struct ValidateRocCommand {
 std::vector<std::unique_ptr<CropFeature>> ValidateRocCommand::features(const fs::path& model_file,
                                                                        std::size_t count) const {
   std::vector<std::unique_ptr<CropFeature>> features;
-  features.push_back(embedding_feature(nn::load_model(model_file)));
+  features.push_back(embedding_feature(reid::load_model(model_file)));
   if (!pair_classifier.empty()) features.push_back(pair_classifier_feature(pair_classifier));
   if (!baselines) return features;
-  features.push_back(untrained_head_feature(nn::load_model(model_file), validation.seed));
-  auto trunk = trunk_feature(nn::load_model(model_file));
+  features.push_back(untrained_head_feature(reid::load_model(model_file), validation.seed));
+  auto trunk = trunk_feature(reid::load_model(model_file));
   constexpr std::size_t kMostValues = 250'000'000;  // 1 GB
   if (count * static_cast<std::size_t>(trunk->dimensions()) <= kMostValues) {
     features.push_back(std::move(trunk));
@@ -83,16 +83,16 @@ void ValidateRocCommand::run() const {
   const auto data = fs::weakly_canonical(crops.data).filename().string();
   const auto scores = score(described, described_by, validation, data);
   say(stdout, "{}", to_text(scores));
-  if (!plot.empty()) nn::write_text_file(plot, validation_plot(scores));
+  if (!plot.empty()) io::write_text_file(plot, validation_plot(scores));
   if (!report.empty()) {
-    nn::write_text_file(report,
+    io::write_text_file(report,
                         validation_report(scores, described, model_file.filename().string()));
   }
   write_json_file(json, to_json(scores));
   if (write_threshold) {
-    nn::ModelMetadata metadata = nn::load_model(model_file).metadata;
+    reid::ModelMetadata metadata = reid::load_model(model_file).metadata;
     metadata.tau_a = {scores.chosen.tau_a, scores.chosen.criterion, scores.chosen.fpr};
-    nn::rewrite_metadata(model_file, metadata);
+    reid::rewrite_metadata(model_file, metadata);
     say(stdout, "written to {}\n", model_file.string());
   }
 }

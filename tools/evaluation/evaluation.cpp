@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "text_table.h"
+#include "cli/text_table.h"
 
 namespace sdmt::tools {
 
@@ -105,7 +105,7 @@ std::string remarks(const Evaluation& evaluation) {
 
 SequenceEvaluation evaluate_sequence(const std::filesystem::path& folder,
                                      const eval::GroundTruth& gt,
-                                     std::span<const track::ResultRow> results,
+                                     std::span<const mot::ResultRow> results,
                                      const std::string& result_name, eval::Benchmark benchmark,
                                      eval::Compat compat) {
   SequenceEvaluation out;

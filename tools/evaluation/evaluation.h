@@ -9,7 +9,7 @@
 
 #include "sdmt/eval/prepare.h"
 #include "sdmt/eval/scores.h"
-#include "sdmt/track/mot_file.h"
+#include "sdmt/mot/mot_file.h"
 
 namespace sdmt::tools {
 
@@ -35,7 +35,7 @@ struct Evaluation {
 /// Scores `results` of one sequence. Throws as eval::prepare_sequence().
 SequenceEvaluation evaluate_sequence(const std::filesystem::path& folder,
                                      const eval::GroundTruth& gt,
-                                     std::span<const track::ResultRow> results,
+                                     std::span<const mot::ResultRow> results,
                                      const std::string& result_name, eval::Benchmark benchmark,
                                      eval::Compat compat);
 

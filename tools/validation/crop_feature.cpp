@@ -5,10 +5,10 @@
 #include <optional>
 #include <utility>
 
-#include "sdmt/nn/color_histogram.h"
+#include "sdmt/image/color_histogram.h"
+#include "sdmt/media/image_file.h"
 #include "sdmt/nn/l2_normalize.h"
 #include "sdmt/nn/sequential.h"
-#include "sdmt/train/image_file.h"
 #include "sdmt/train/pair_classifier.h"
 
 namespace sdmt::tools {
@@ -17,36 +17,36 @@ namespace {
 
 class EmbeddingFeature : public CropFeature {
  public:
-  EmbeddingFeature(std::string name, nn::Model model)
+  EmbeddingFeature(std::string name, reid::Model model)
       : name_(std::move(name)), embedder_(std::move(model)) {}
 
   std::string name() const override { return name_; }
-  int dimensions() const override { return nn::kEmbeddingSize; }
-  void compute(std::span<const nn::Crop> crops, float* rows) override {
+  int dimensions() const override { return reid::kEmbeddingSize; }
+  void compute(std::span<const reid::Crop> crops, float* rows) override {
     embedder_.embed(crops, rows_);
     std::copy(rows_.values.begin(), rows_.values.end(), rows);
   }
 
  private:
   std::string name_;
-  nn::Embedder embedder_;
-  nn::EmbeddingRows rows_;
+  reid::Embedder embedder_;
+  reid::EmbeddingRows rows_;
 };
 
 // Something made of the trunk's feature maps, a piece of the crops at a time.
 class MapFeature : public CropFeature {
  public:
-  explicit MapFeature(nn::Model model) : model_(std::move(model)) {}
+  explicit MapFeature(reid::Model model) : model_(std::move(model)) {}
 
-  void compute(std::span<const nn::Crop> crops, float* rows) override {
+  void compute(std::span<const reid::Crop> crops, float* rows) override {
     constexpr std::size_t kBatch = 32;
     const auto size = static_cast<std::size_t>(dimensions());
     for (std::size_t begin = 0; begin < crops.size(); begin += kBatch) {
       const auto piece = crops.subspan(begin, std::min(kBatch, crops.size() - begin));
       patches_.resize(model_.network.input_shape(static_cast<int>(piece.size())));
       for (std::size_t i = 0; i < piece.size(); ++i) {
-        nn::extract_patch(piece[i].image, piece[i].rect, model_.metadata.preprocessing,
-                          patches_.image(static_cast<int>(i)));
+        image::extract_patch(piece[i].image, piece[i].rect, model_.metadata.preprocessing,
+                             patches_.image(static_cast<int>(i)));
       }
       const auto& result = of_maps(model_.network.trunk().forward(patches_, nn::Mode::inference));
       std::copy_n(result.data(), piece.size() * size, rows + begin * size);
@@ -60,7 +60,7 @@ class MapFeature : public CropFeature {
   }
 
  private:
-  nn::Model model_;
+  reid::Model model_;
   nn::Tensor patches_;
 };
 
@@ -82,11 +82,11 @@ class TrunkFeature : public MapFeature {
 
 class PairClassifierFeature : public MapFeature {
  public:
-  PairClassifierFeature(nn::Model model, train::PairClassifier classifier)
+  PairClassifierFeature(reid::Model model, train::PairClassifier classifier)
       : MapFeature(std::move(model)), classifier_(std::move(classifier)) {}
   std::string name() const override { return "pair classifier"; }
   int dimensions() const override { return train::PairClassifier::kFeatures; }
-  train::PairDistance distance() const override {
+  reid::PairDistance distance() const override {
     return [this](const float* a, const float* b) { return classifier_.distance(a, b); };
   }
 
@@ -101,12 +101,12 @@ class PairClassifierFeature : public MapFeature {
 class ColorHistogramFeature : public CropFeature {
  public:
   std::string name() const override { return "colour histogram"; }
-  int dimensions() const override { return nn::kColorHistogramSize; }
-  void compute(std::span<const nn::Crop> crops, float* rows) override {
+  int dimensions() const override { return image::kColorHistogramSize; }
+  void compute(std::span<const reid::Crop> crops, float* rows) override {
 #pragma omp parallel for schedule(dynamic)
     for (std::size_t i = 0; i < crops.size(); ++i) {
-      nn::color_histogram(crops[i].image, crops[i].rect,
-                          {rows + i * nn::kColorHistogramSize, nn::kColorHistogramSize});
+      image::color_histogram(crops[i].image, crops[i].rect,
+                             {rows + i * image::kColorHistogramSize, image::kColorHistogramSize});
     }
   }
 };
@@ -119,25 +119,25 @@ class DecodedImages {
       if (paths_.empty() || paths_.back() != crop.image) paths_.push_back(crop.image);
       index_.push_back(paths_.size() - 1);
     }
-    images_ = train::read_images(paths_);
+    images_ = media::read_images(paths_);
   }
 
   // The box of crop i; nothing when its image cannot be read or shows too little of it.
-  std::optional<nn::Crop> crop(std::size_t i, const ValidationCrop& crop) const {
+  std::optional<reid::Crop> crop(std::size_t i, const ValidationCrop& crop) const {
     const auto& image = images_[index_[i]];
     if (!image) return std::nullopt;
-    const nn::ImageView view = image->view();
-    const nn::PixelRect whole{0, 0, static_cast<double>(view.width),
-                              static_cast<double>(view.height)};
-    const nn::PixelRect rect = crop.rect.value_or(whole);
-    if (!nn::visible_region(view.width, view.height, rect)) return std::nullopt;
-    return nn::Crop{view, rect};
+    const image::ImageView view = image->view();
+    const image::PixelRect whole{0, 0, static_cast<double>(view.width),
+                                 static_cast<double>(view.height)};
+    const image::PixelRect rect = crop.rect.value_or(whole);
+    if (!image::visible_region(view.width, view.height, rect)) return std::nullopt;
+    return reid::Crop{view, rect};
   }
 
  private:
   std::vector<std::filesystem::path> paths_;
   std::vector<std::size_t> index_;  // of each crop's image
-  std::vector<std::optional<train::Image>> images_;
+  std::vector<std::optional<image::Image>> images_;
 };
 
 nn::Tensor first_rows(nn::Tensor all, std::size_t rows) {
@@ -151,12 +151,12 @@ nn::Tensor first_rows(nn::Tensor all, std::size_t rows) {
 
 }  // namespace
 
-std::unique_ptr<CropFeature> embedding_feature(nn::Model model) {
+std::unique_ptr<CropFeature> embedding_feature(reid::Model model) {
   return std::make_unique<EmbeddingFeature>("embedding", std::move(model));
 }
 
-std::unique_ptr<CropFeature> untrained_head_feature(nn::Model model, std::uint64_t seed) {
-  nn::EmbeddingNetwork untrained(model.network.options());
+std::unique_ptr<CropFeature> untrained_head_feature(reid::Model model, std::uint64_t seed) {
+  reid::EmbeddingNetwork untrained(model.network.options());
   untrained.initialize(seed);
   const auto fresh = untrained.stored_tensors();
   const auto tensors = model.network.stored_tensors();
@@ -167,12 +167,12 @@ std::unique_ptr<CropFeature> untrained_head_feature(nn::Model model, std::uint64
   return std::make_unique<EmbeddingFeature>("untrained head", std::move(model));
 }
 
-std::unique_ptr<CropFeature> trunk_feature(nn::Model model) {
+std::unique_ptr<CropFeature> trunk_feature(reid::Model model) {
   return std::make_unique<TrunkFeature>(std::move(model));
 }
 
 std::unique_ptr<CropFeature> pair_classifier_feature(const std::filesystem::path& file) {
-  nn::Model model;
+  reid::Model model;
   auto classifier = train::load_pair_classifier(file, model);
   return std::make_unique<PairClassifierFeature>(std::move(model), std::move(classifier));
 }
@@ -186,12 +186,12 @@ DescribedCrops describe_crops(const std::vector<ValidationCrop>& crops,
                               const std::function<void(std::int64_t)>& progress) {
   constexpr std::size_t kBatch = 120;
   DescribedCrops described;
-  train::UnreadableImages unreadable(crops.size());
+  media::UnreadableImages unreadable(crops.size());
   for (const auto& feature : features) {
     described.features.emplace_back().embeddings.resize(
         {static_cast<int>(crops.size()), 1, 1, feature->dimensions()});
   }
-  std::vector<nn::Crop> visible;
+  std::vector<reid::Crop> visible;
   progress(0);
   for (std::size_t begin = 0; begin < crops.size(); begin += kBatch) {
     const std::span batch(crops.data() + begin, std::min(kBatch, crops.size() - begin));

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "sdmt/nn/embedder.h"
-#include "sdmt/train/labelled_embeddings.h"
-#include "sdmt/train/pair_curve.h"
+#include "sdmt/reid/embedder.h"
+#include "sdmt/reid/labelled_embeddings.h"
+#include "sdmt/reid/pair_curve.h"
 #include "validation/validation_crops.h"
 
 namespace sdmt::tools {
@@ -24,27 +24,27 @@ class CropFeature {
   virtual std::string name() const = 0;
   virtual int dimensions() const = 0;
   /// One row of dimensions() values a crop. Every crop has a visible region.
-  virtual void compute(std::span<const nn::Crop> crops, float* rows) = 0;
+  virtual void compute(std::span<const reid::Crop> crops, float* rows) = 0;
   /// How rows are compared; empty: Euclidean.
-  virtual train::PairDistance distance() const { return {}; }
+  virtual reid::PairDistance distance() const { return {}; }
 };
 
 /// The embedding of a model.
-std::unique_ptr<CropFeature> embedding_feature(nn::Model model);
+std::unique_ptr<CropFeature> embedding_feature(reid::Model model);
 /// The same network with its head as init-model makes it: what the training adds is the difference.
-std::unique_ptr<CropFeature> untrained_head_feature(nn::Model model, std::uint64_t seed);
+std::unique_ptr<CropFeature> untrained_head_feature(reid::Model model, std::uint64_t seed);
 /// The trunk's feature map, flattened and scaled to length 1: 131,072 values a crop.
-std::unique_ptr<CropFeature> trunk_feature(nn::Model model);
+std::unique_ptr<CropFeature> trunk_feature(reid::Model model);
 /// The features and the distance of a pair classifier's file.
 std::unique_ptr<CropFeature> pair_classifier_feature(const std::filesystem::path& file);
-/// nn::color_histogram().
+/// image::color_histogram().
 std::unique_ptr<CropFeature> color_histogram_feature();
 
 /// Crops and their rows for one feature.
 struct DescribedCrops {
   std::vector<ValidationCrop> crops;
-  std::vector<train::LabelledEmbeddings> features;  ///< in the order of the features
-  std::vector<std::filesystem::path> unreadable;    ///< images left out
+  std::vector<reid::LabelledEmbeddings> features;  ///< in the order of the features
+  std::vector<std::filesystem::path> unreadable;   ///< images left out
 };
 
 /// Decodes the images (all threads, a batch at a time) and computes every feature. Images that

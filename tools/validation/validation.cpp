@@ -9,31 +9,31 @@
 #include <stdexcept>
 #include <utility>
 
-#include "sdmt/train/market1501.h"
-#include "text_table.h"
+#include "cli/text_table.h"
+#include "sdmt/reid/market1501.h"
 
 namespace sdmt::tools {
 
 namespace {
 
-ValidatedCurve validated(train::PairCurve curve, std::uint64_t seed) {
-  train::BootstrapOptions options;
+ValidatedCurve validated(reid::PairCurve curve, std::uint64_t seed) {
+  reid::BootstrapOptions options;
   options.seed = seed;
   const auto interval =
-      train::bootstrap_auc(curve.pairs, curve.identities, curve.backgrounds, options);
+      reid::bootstrap_auc(curve.pairs, curve.identities, curve.backgrounds, options);
   curve.pairs = {};  // 12 bytes a pair, of no further use
   return {std::move(curve), interval};
 }
 
 // The rows of `crops` that `wanted` picks.
 template <typename Wanted>
-train::LabelledEmbeddings subset(const train::LabelledEmbeddings& all,
-                                 const std::vector<ValidationCrop>& crops, Wanted wanted) {
+reid::LabelledEmbeddings subset(const reid::LabelledEmbeddings& all,
+                                const std::vector<ValidationCrop>& crops, Wanted wanted) {
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < crops.size(); ++i) {
     if (wanted(crops[i])) rows.push_back(i);
   }
-  train::LabelledEmbeddings part;
+  reid::LabelledEmbeddings part;
   part.embeddings.resize({static_cast<int>(rows.size()), 1, 1, all.dimensions()});
   for (std::size_t r = 0; r < rows.size(); ++r) {
     std::copy_n(all.embeddings.image(static_cast<int>(rows[r])), all.dimensions(),
@@ -44,35 +44,35 @@ train::LabelledEmbeddings subset(const train::LabelledEmbeddings& all,
   return part;
 }
 
-FeatureScores score_feature(const CropFeature& feature, const train::LabelledEmbeddings& rows,
+FeatureScores score_feature(const CropFeature& feature, const reid::LabelledEmbeddings& rows,
                             const std::vector<ValidationCrop>& crops,
                             const ValidationOptions& options) {
-  const auto curve = [&](train::PairSet set) {
-    train::PairOptions pairs;
+  const auto curve = [&](reid::PairSet set) {
+    reid::PairOptions pairs;
     pairs.set = set;
     pairs.pairs = options.pairs;
     pairs.seed = options.seed;
-    return validated(train::pair_curve(rows, pairs, feature.distance()), options.seed);
+    return validated(reid::pair_curve(rows, pairs, feature.distance()), options.seed);
   };
   FeatureScores scores{
-      feature.name(), curve(train::PairSet::person_only), {}, curve(train::PairSet::paper), {}};
-  const auto across = train::count_pairs(rows, train::PairSet::cross_camera);
+      feature.name(), curve(reid::PairSet::person_only), {}, curve(reid::PairSet::paper), {}};
+  const auto across = reid::count_pairs(rows, reid::PairSet::cross_camera);
   if (across.positives > 0 && across.negatives > 0) {
-    scores.cross_camera = curve(train::PairSet::cross_camera);
+    scores.cross_camera = curve(reid::PairSet::cross_camera);
   }
   if (feature.distance()) return scores;
   scores.search =
-      train::reid_metrics(subset(rows, crops, [](const auto& crop) { return crop.query; }),
-                          subset(rows, crops, [](const auto& crop) { return crop.gallery; }));
+      reid::reid_metrics(subset(rows, crops, [](const auto& crop) { return crop.query; }),
+                         subset(rows, crops, [](const auto& crop) { return crop.gallery; }));
   return scores;
 }
 
-ThresholdChoice choice(std::string criterion, double tau_a, const train::Roc& roc) {
+ThresholdChoice choice(std::string criterion, double tau_a, const reid::Roc& roc) {
   const auto rates = roc.at(1.0 - tau_a);
   return {std::move(criterion), tau_a, rates.tpr, rates.fpr};
 }
 
-std::vector<ThresholdChoice> threshold_choices(const train::Roc& roc) {
+std::vector<ThresholdChoice> threshold_choices(const reid::Roc& roc) {
   return {choice("accuracy", roc.tau_a_max_accuracy(), roc),
           choice("eer", roc.tau_a_eer(), roc),
           choice("crossing", roc.tau_a_histogram_crossing(), roc),
@@ -82,7 +82,7 @@ std::vector<ThresholdChoice> threshold_choices(const train::Roc& roc) {
 }
 
 nlohmann::ordered_json curve_json(const ValidatedCurve& curve) {
-  const train::Roc& roc = curve.pairs.roc;
+  const reid::Roc& roc = curve.pairs.roc;
   return {{"auc", roc.auc()},
           {"auc_low", curve.interval.low},
           {"auc_high", curve.interval.high},
@@ -103,20 +103,20 @@ nlohmann::ordered_json feature_json(const FeatureScores& scores) {
   json["cross_camera"] = nullptr;
   if (scores.cross_camera) json["cross_camera"] = curve_json(*scores.cross_camera);
   json["paper"] = curve_json(scores.paper);
-  const auto search = [&](const char* key, double train::ReidMetrics::*field) {
+  const auto search = [&](const char* key, double reid::ReidMetrics::*field) {
     json[key] = nullptr;
     if (scores.search) json[key] = *scores.search.*field;
   };
-  search("rank1", &train::ReidMetrics::rank1);
-  search("rank5", &train::ReidMetrics::rank5);
-  search("rank10", &train::ReidMetrics::rank10);
-  search("map", &train::ReidMetrics::map);
-  search("map_trapezoid", &train::ReidMetrics::map_trapezoid);
+  search("rank1", &reid::ReidMetrics::rank1);
+  search("rank5", &reid::ReidMetrics::rank5);
+  search("rank10", &reid::ReidMetrics::rank10);
+  search("map", &reid::ReidMetrics::map);
+  search("map_trapezoid", &reid::ReidMetrics::map_trapezoid);
   return json;
 }
 
 void add_curve_row(TextTable& table, const std::string& name, const ValidatedCurve& curve) {
-  const train::Roc& roc = curve.pairs.roc;
+  const reid::Roc& roc = curve.pairs.roc;
   table.add_row({name, format_area(curve), format_rate(roc.eer()), format_rate(roc.tpr_at_fpr(0.1)),
                  format_rate(roc.tpr_at_fpr(0.01)), format_rate(roc.tpr_at_fpr(0.001))});
 }
@@ -159,7 +159,7 @@ std::string threshold_table(const ValidationScores& scores) {
 }  // namespace
 
 void ValidationOptions::validate() const {
-  train::PairOptions pair_options;
+  reid::PairOptions pair_options;
   pair_options.pairs = pairs;
   pair_options.validate();
   if (!(target_fpr > 0 && target_fpr < 1)) {
@@ -179,7 +179,7 @@ ValidationScores score(const DescribedCrops& described,
   std::set<int> people;
   std::set<int> cameras;
   for (const ValidationCrop& crop : described.crops) {
-    if (crop.pid == train::kDistractorPid) {
+    if (crop.pid == reid::kDistractorPid) {
       ++scores.distractors;
       continue;
     }
@@ -193,7 +193,7 @@ ValidationScores score(const DescribedCrops& described,
     scores.features.push_back(
         score_feature(*features[f], described.features[f], described.crops, options));
   }
-  const train::Roc& roc = scores.features.front().person_only.pairs.roc;
+  const reid::Roc& roc = scores.features.front().person_only.pairs.roc;
   scores.thresholds = threshold_choices(roc);
   if (options.criterion == "fpr") {
     scores.chosen = choice("fpr", roc.tau_a_at_fpr(options.target_fpr), roc);
@@ -225,7 +225,7 @@ std::string format_count(std::int64_t value) {
   return digits;
 }
 
-std::string describe_pairs(const train::PairCounts& counts) {
+std::string describe_pairs(const reid::PairCounts& counts) {
   std::string text = fmt::format("{} of one person, {} of two people",
                                  format_count(counts.positives), format_count(counts.negatives));
   if (counts.distractors > 0) {

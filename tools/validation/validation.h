@@ -9,14 +9,14 @@
 #include <string>
 #include <vector>
 
-#include "sdmt/train/pair_curve.h"
-#include "sdmt/train/reid_metrics.h"
+#include "sdmt/reid/pair_curve.h"
+#include "sdmt/reid/reid_metrics.h"
 #include "validation/crop_feature.h"
 
 namespace sdmt::tools {
 
 struct ValidationOptions {
-  std::int64_t pairs = 0;  ///< as train::PairOptions
+  std::int64_t pairs = 0;  ///< as reid::PairOptions
   std::uint64_t seed = 1;  ///< of samples of pairs and of the bootstrap
   /// How tau_a is chosen: "accuracy" (largest, on equally many pairs of one and of two people),
   /// "eer", "crossing" (of the distance histograms) or "fpr" (at most target_fpr).
@@ -29,8 +29,8 @@ struct ValidationOptions {
 
 /// A curve with the interval of its area.
 struct ValidatedCurve {
-  train::PairCurve pairs;
-  train::AucInterval interval;  ///< 95 %
+  reid::PairCurve pairs;
+  reid::AucInterval interval;  ///< 95 %
 };
 
 /// What one feature reaches.
@@ -40,7 +40,7 @@ struct FeatureScores {
   std::optional<ValidatedCurve> cross_camera;  ///< where both kinds of pairs exist
   ValidatedCurve paper;
   /// Of Euclidean features, where a query has anything to find.
-  std::optional<train::ReidMetrics> search;
+  std::optional<reid::ReidMetrics> search;
 };
 
 /// A threshold and what it does on the person-only pairs.
@@ -65,7 +65,7 @@ struct ValidationScores {
 };
 
 /// Scores every feature of the crops; the thresholds are the first's. Throws as
-/// train::pair_curve().
+/// reid::pair_curve().
 ValidationScores score(const DescribedCrops& described,
                        std::span<const std::unique_ptr<CropFeature>> features,
                        const ValidationOptions& options, const std::string& data);
@@ -78,7 +78,7 @@ std::string format_rate(double value);                 ///< "0.9731"
 std::string format_area(const ValidatedCurve& curve);  ///< "0.9731 [0.9650, 0.9803]"
 std::string format_count(std::int64_t value);          ///< "497,174"
 /// Of the person-only and paper sets: how many pairs of each kind.
-std::string describe_pairs(const train::PairCounts& counts);
+std::string describe_pairs(const reid::PairCounts& counts);
 /// "1,002 images of 104 people by 2 cameras".
 std::string describe_images(const ValidationScores& scores);
 

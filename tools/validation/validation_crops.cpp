@@ -8,10 +8,10 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "sdmt/track/mot_file.h"
-#include "sdmt/track/sequence.h"
-#include "sdmt/train/image_file.h"
-#include "sdmt/train/market1501.h"
+#include "sdmt/media/image_file.h"
+#include "sdmt/mot/mot_file.h"
+#include "sdmt/mot/sequence.h"
+#include "sdmt/reid/market1501.h"
 
 namespace sdmt::tools {
 
@@ -19,48 +19,48 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void append(std::vector<ValidationCrop>& crops, const std::vector<train::ReidImage>& images,
+void append(std::vector<ValidationCrop>& crops, const std::vector<reid::ReidImage>& images,
             bool query, bool gallery) {
   for (const auto& image : images) {
     // The protocol searches for people only.
-    const bool person = image.pid != train::kDistractorPid;
+    const bool person = image.pid != reid::kDistractorPid;
     crops.push_back({image.path, {}, image.pid, image.camid, query && person, gallery});
   }
 }
 
 std::vector<ValidationCrop> list_reid_set(const fs::path& folder) {
   std::vector<ValidationCrop> crops;
-  const bool query = train::has_split(folder, train::Split::query);
-  const bool gallery = train::has_split(folder, train::Split::gallery);
+  const bool query = reid::has_split(folder, reid::Split::query);
+  const bool gallery = reid::has_split(folder, reid::Split::gallery);
   if (query != gallery) {
     throw std::invalid_argument(fmt::format("{}: has no folder {}, expected both", folder.string(),
                                             query ? "bounding_box_test" : "query"));
   }
   if (!query) {
-    append(crops, train::list_reid_images(folder), true, true);
+    append(crops, reid::list_reid_images(folder), true, true);
     return crops;
   }
-  append(crops, train::list_reid_images(train::split_folder(folder, train::Split::query)), true,
+  append(crops, reid::list_reid_images(reid::split_folder(folder, reid::Split::query)), true,
          false);
-  append(crops, train::list_reid_images(train::split_folder(folder, train::Split::gallery)), false,
+  append(crops, reid::list_reid_images(reid::split_folder(folder, reid::Split::gallery)), false,
          true);
   return crops;
 }
 
 std::vector<ValidationCrop> list_sequence(const fs::path& folder, int frame_step) {
-  const auto sequence = track::Sequence::read(folder);
+  const auto sequence = mot::Sequence::read(folder);
   auto width = sequence.width;
   auto height = sequence.height;
   if (width == 0 || height == 0) {
-    const auto first = train::read_image(sequence.image(1));
+    const auto first = media::read_image(sequence.image(1));
     width = first.width;
     height = first.height;
   }
   std::vector<ValidationCrop> crops;
-  for (const auto& row : track::read_ground_truth(sequence.ground_truth())) {
+  for (const auto& row : mot::read_ground_truth(sequence.ground_truth())) {
     if ((row.frame - 1) % frame_step != 0 || row.category > 1) continue;
     // The file counts pixels from 1.
-    const nn::PixelRect rect{row.box.left - 1, row.box.top - 1, row.box.width, row.box.height};
+    const image::PixelRect rect{row.box.left - 1, row.box.top - 1, row.box.width, row.box.height};
     const bool inside = std::round(rect.left) >= 0 && std::round(rect.top) >= 0 &&
                         std::round(rect.left + rect.width) <= width &&
                         std::round(rect.top + rect.height) <= height;
@@ -85,7 +85,7 @@ std::vector<ValidationCrop> list_distractors(const fs::path& folder) {
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     if (extension != ".jpg" && extension != ".jpeg" && extension != ".png") continue;
-    crops.push_back({entry.path(), {}, train::kDistractorPid, 0, false, true});
+    crops.push_back({entry.path(), {}, reid::kDistractorPid, 0, false, true});
   }
   if (crops.empty()) {
     throw std::invalid_argument(folder.string() + ": holds no .jpg, .jpeg or .png image");
@@ -113,7 +113,7 @@ std::vector<ValidationCrop> list_validation_crops(const ValidationCropOptions& o
     throw std::invalid_argument(
         fmt::format("frame_step is {}, expected at least 1", options.frame_step));
   }
-  auto crops = track::Sequence::is_sequence(options.data)
+  auto crops = mot::Sequence::is_sequence(options.data)
                    ? list_sequence(options.data, options.frame_step)
                    : list_reid_set(options.data);
   if (!options.distractors.empty()) {

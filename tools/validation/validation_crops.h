@@ -6,15 +6,15 @@
 #include <string>
 #include <vector>
 
-#include "sdmt/nn/patch.h"
+#include "sdmt/image/patch.h"
 
 namespace sdmt::tools {
 
 /// One box to validate on.
 struct ValidationCrop {
   std::filesystem::path image;
-  std::optional<nn::PixelRect> rect;  ///< absent: the whole image
-  int pid = 0;                        ///< train::kDistractorPid: nobody
+  std::optional<image::PixelRect> rect;  ///< absent: the whole image
+  int pid = 0;                           ///< reid::kDistractorPid: nobody
   int camid = 0;
   bool query = true;    ///< is searched for
   bool gallery = true;  ///< is searched in
@@ -37,7 +37,7 @@ struct ValidationCropOptions {
 /// Lists what to validate on, in an order that depends on nothing but names. Of a MOT sequence,
 /// boxes that reach beyond the image or are not to be evaluated are left out. Images are not
 /// opened. Throws std::invalid_argument naming folder or file when there is nothing to list, as
-/// train::list_reid_images(), or as the MOT readers do.
+/// reid::list_reid_images(), or as the MOT readers do.
 std::vector<ValidationCrop> list_validation_crops(const ValidationCropOptions& options);
 
 }  // namespace sdmt::tools

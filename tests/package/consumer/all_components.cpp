@@ -2,10 +2,10 @@
 // One call into each component, so that a missing file or library shows.
 #include <sdmt/eval/clear.h>
 #include <sdmt/nn/conv2d.h>
-#include <sdmt/nn/embedding_network.h>
+#include <sdmt/reid/embedding_network.h>
+#include <sdmt/reid/roc.h>
 #include <sdmt/track/tracker.h>
 #include <sdmt/train/pk_sampler.h>
-#include <sdmt/train/roc.h>
 
 #include <cstdio>
 #include <vector>

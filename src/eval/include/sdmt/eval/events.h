@@ -29,7 +29,7 @@ struct TrackingEvent {
   std::int64_t boxes = 0;
   std::int64_t track_boxes = 0;  ///< all boxes of the person, or of the false track
   bool after_absence = false;    ///< of a switch: the person was away in the frame before
-  track::Tlwh box;               ///< of the person (false track: of the result) in first_frame
+  mot::Tlwh box;                 ///< of the person (false track: of the result) in first_frame
 };
 
 struct EventOptions {

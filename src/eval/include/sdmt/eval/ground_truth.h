@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sdmt/track/mot_file.h"
+#include "sdmt/mot/mot_file.h"
 
 namespace sdmt::eval {
 
@@ -15,7 +15,7 @@ struct GroundTruth {
   std::filesystem::path file;  ///< for messages
   int num_frames = 0;          ///< seqLength of seqinfo.ini; without one, the last annotated frame
   bool has_length = false;     ///< num_frames comes from seqinfo.ini
-  std::vector<track::GroundTruthRow> rows;  ///< by frame
+  std::vector<mot::GroundTruthRow> rows;  ///< by frame
 };
 
 /// The name of the sequence in `folder`: the folder's own. Result files are named after it, and

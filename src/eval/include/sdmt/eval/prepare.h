@@ -20,7 +20,7 @@ struct PreparedSequence {
   std::vector<int> gt_labels;      ///< [num_gt_ids] ids as in the file, ascending
   std::vector<int> result_labels;  ///< [num_result_ids]
   /// Boxes behind similarities.frames[t].gt_ids and .result_ids, in the same order.
-  std::vector<std::vector<track::Tlwh>> gt_boxes, result_boxes;
+  std::vector<std::vector<mot::Tlwh>> gt_boxes, result_boxes;
 
   /// Result boxes deleted because they follow a distractor.
   std::int64_t removed_results = 0;
@@ -37,12 +37,12 @@ struct PreparedSequence {
 ///     non-motorised vehicle) are deleted. A box that fits a pedestrian better is kept.
 ///  2. Ground truth that counts: keep flag not 0 and, from MOT16 on, class pedestrian.
 ///
-/// `results` are sorted by frame (track::read_results), `result_name` names them in messages.
+/// `results` are sorted by frame (mot::read_results), `result_name` names them in messages.
 /// Compat::devkit drops results after the last frame with ground truth that counts and ignores
 /// their class column; Compat::trackeval refuses both frames past the end and classes above 1.
 /// Throws std::invalid_argument, naming file, frame and id, also for an id that occurs twice in a
 /// frame, ground truth past the end, and a class outside 1..13 from MOT16 on.
-PreparedSequence prepare_sequence(const GroundTruth& gt, std::span<const track::ResultRow> results,
+PreparedSequence prepare_sequence(const GroundTruth& gt, std::span<const mot::ResultRow> results,
                                   const std::string& result_name, Benchmark benchmark,
                                   Compat compat);
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "sdmt/track/box.h"
+#include "sdmt/mot/box.h"
 
 namespace sdmt::eval {
 
@@ -37,10 +37,9 @@ struct SequenceSimilarities {
 /// The pairs with intersection over union above 0, by gt, then result.
 ///
 /// Computed over corners (right = left + width) as TrackEval does, so that a pair at a threshold
-/// rounds to the same side; track::iou differs from it in the last digits. Boxes without extent
+/// rounds to the same side; mot::iou differs from it in the last digits. Boxes without extent
 /// overlap nothing.
-std::vector<Overlap> overlaps(std::span<const track::Tlwh> gt,
-                              std::span<const track::Tlwh> results);
+std::vector<Overlap> overlaps(std::span<const mot::Tlwh> gt, std::span<const mot::Tlwh> results);
 
 /// A similarity s counts as reaching `threshold` when s >= threshold - kSimilaritySlack: machine
 /// epsilon, TrackEval's allowance for rounding in CLEAR and HOTA (Identity makes none).

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "sdmt/nn/image_view.h"
-#include "sdmt/track/box.h"
+#include "sdmt/image/image_view.h"
+#include "sdmt/mot/box.h"
 
 namespace sdmt::track {
 
@@ -29,7 +29,7 @@ struct BoxShift {
   int columns = 0;
   int rows = 0;
 
-  Tlwh applied_to(const Tlwh& box) const {
+  mot::Tlwh applied_to(const mot::Tlwh& box) const {
     return {box.left + columns * box.width / kColumns, box.top + rows * box.height / kRows,
             box.width, box.height};
   }
@@ -46,10 +46,11 @@ class AppearanceModel {
   virtual double affinity_threshold() const = 0;
   /// Embeds the boxes of one frame in one batch; `out` gets one row a box. Boxes may leave the
   /// image.
-  virtual void embed(const nn::ImageView& frame, std::span<const Tlwh> boxes, Embeddings& out) = 0;
+  virtual void embed(const image::ImageView& frame, std::span<const mot::Tlwh> boxes,
+                     Embeddings& out) = 0;
   /// Embeds `box` moved by each shift; all of these lie in the image. Models that can share work
   /// between overlapping boxes do so here, and their rows may then differ a little from embed()'s.
-  virtual void embed_shifted(const nn::ImageView& frame, const Tlwh& box,
+  virtual void embed_shifted(const image::ImageView& frame, const mot::Tlwh& box,
                              std::span<const BoxShift> shifts, Embeddings& out);
 };
 

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "sdmt/track/box.h"
-#include "sdmt/track/mot_file.h"
+#include "sdmt/mot/box.h"
+#include "sdmt/mot/mot_file.h"
 
 namespace sdmt::track {
 
@@ -17,8 +17,8 @@ enum class BoxSource {
 const char* to_string(BoxSource source);
 
 struct TrackedBox {
-  int id = 0;  ///< 1-based, unique within a tracker and within a frame
-  Tlwh box;    ///< in the coordinates of the detections
+  int id = 0;     ///< 1-based, unique within a tracker and within a frame
+  mot::Tlwh box;  ///< in the coordinates of the detections
   /// Score of the detection (its probability where a calibration is set); 0 for boxes of other
   /// sources.
   double score = 0;
@@ -42,6 +42,6 @@ struct FinishedFrame {
 
 /// The frame as MOTChallenge result rows (confidence: the score of detections, 0 for other
 /// sources).
-void append_results(const FinishedFrame& frame, std::vector<ResultRow>& rows);
+void append_results(const FinishedFrame& frame, std::vector<mot::ResultRow>& rows);
 
 }  // namespace sdmt::track

@@ -5,13 +5,15 @@
 
 namespace sdmt::track {
 
-/// Appearance by nn::color_histogram(), without learning: the baseline that a network has to beat.
+/// Appearance by image::color_histogram(), without learning: the baseline that a network has to
+/// beat.
 class HistogramAppearance final : public AppearanceModel {
  public:
   int dimension() const override;
   /// 0.3: distances of histograms are larger than those of embeddings.
   double affinity_threshold() const override;
-  void embed(const nn::ImageView& frame, std::span<const Tlwh> boxes, Embeddings& out) override;
+  void embed(const image::ImageView& frame, std::span<const mot::Tlwh> boxes,
+             Embeddings& out) override;
 };
 
 }  // namespace sdmt::track

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "sdmt/track/box.h"
+#include "sdmt/mot/box.h"
 
 namespace sdmt::track {
 
@@ -17,7 +17,7 @@ struct KalmanState {
   double covariance = 0;  ///< between position and velocity
   double velocity_variance = 0;
 
-  Cxcywh box() const { return {mean[0], mean[1], mean[2], mean[3]}; }
+  mot::Cxcywh box() const { return {mean[0], mean[1], mean[2], mean[3]}; }
 };
 
 /// Gain of one step of the Rauch-Tung-Striebel smoother.
@@ -44,11 +44,11 @@ class KalmanFilter {
 
   explicit KalmanFilter(const Noise& noise) : noise_(noise) {}
 
-  KalmanState start(const Cxcywh& box) const;
+  KalmanState start(const mot::Cxcywh& box) const;
   /// The state `frames` >= 0 frames later.
   KalmanState predict(const KalmanState& state, int frames = 1) const;
   /// The state after seeing `box`. The covariance stays positive definite (Joseph form).
-  KalmanState update(const KalmanState& state, const Cxcywh& box) const;
+  KalmanState update(const KalmanState& state, const mot::Cxcywh& box) const;
   /// How much of a surprise `frames` after `state` goes back into it.
   SmootherGain smoother_gain(const KalmanState& state, int frames) const;
 
@@ -63,6 +63,6 @@ KalmanState smooth(const KalmanState& state, int frames, const SmootherGain& gai
 
 /// The box `frames` later (or earlier, below 0) with constant velocity of the centre and the size
 /// as it is: a size velocity kept over 90 frames explodes or turns negative.
-Cxcywh extrapolate(const KalmanState& state, int frames);
+mot::Cxcywh extrapolate(const KalmanState& state, int frames);
 
 }  // namespace sdmt::track

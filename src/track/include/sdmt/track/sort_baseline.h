@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "sdmt/track/detection.h"
+#include "sdmt/mot/detection.h"
 #include "sdmt/track/finished_frame.h"
 
 namespace sdmt::track {
@@ -32,7 +32,7 @@ class SortTracker {
 
   /// Takes the detections of the next frame and returns its boxes. Boxes must be finite with an
   /// extent; throws std::invalid_argument otherwise.
-  FinishedFrame update(std::span<const Detection> detections);
+  FinishedFrame update(std::span<const mot::Detection> detections);
 
  private:
   struct Track;

@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "sdmt/nn/image_view.h"
+#include "sdmt/image/image_view.h"
+#include "sdmt/mot/detection.h"
 #include "sdmt/track/appearance_model.h"
-#include "sdmt/track/detection.h"
 #include "sdmt/track/finished_frame.h"
 #include "sdmt/track/tracker_options.h"
 
@@ -74,8 +74,8 @@ class Tracker {
   /// motion. Throws std::invalid_argument for a box that is not finite, has no extent or lies
   /// beyond 1e12 pixels, or a score that is not finite; the tracker is then as if the call had not
   /// been made.
-  const std::vector<FinishedFrame>& update(std::span<const Detection> detections,
-                                           const nn::ImageView* frame = nullptr);
+  const std::vector<FinishedFrame>& update(std::span<const mot::Detection> detections,
+                                           const image::ImageView* frame = nullptr);
 
   /// The end of the input: one last association, then all frames still held back. Afterwards only
   /// stats() may be called, update() and finish() throw std::logic_error.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sdmt/media/image_file.h"
 #include "sdmt/nn/random.h"
-#include "sdmt/train/image_file.h"
 
 namespace sdmt::train {
 
@@ -30,10 +30,10 @@ struct AugmentationOptions {
 
 /// A changed copy of `image`, `width` x `height` pixels, sampled bilinearly; what a shifted box
 /// sees beyond the image repeats its edge. Depends on `random` only.
-Image augment(const Image& image, int width, int height, const AugmentationOptions& options,
-              nn::Random& random);
+image::Image augment(const image::Image& image, int width, int height,
+                     const AugmentationOptions& options, nn::Random& random);
 
 /// The mirror image.
-Image flipped(const Image& image);
+image::Image flipped(const image::Image& image);
 
 }  // namespace sdmt::train

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "sdmt/nn/linear.h"
-#include "sdmt/nn/model_file.h"
 #include "sdmt/nn/sequential.h"
+#include "sdmt/reid/model_file.h"
 #include "sdmt/train/tied_head.h"
 #include "sdmt/train/trainer.h"
 
@@ -102,14 +102,14 @@ struct PairTrainingEvents {
 /// Returns the weights of the best mean validation AUC, or the last without validation. The same
 /// for any number of threads. `cache_file` is that of Trainer::prepare(): one made for a training
 /// of the head serves here as well.
-PairClassifier train_pair_classifier(nn::Model& model, const TrainingSet& data,
+PairClassifier train_pair_classifier(reid::Model& model, const TrainingSet& data,
                                      TrainerOptions options, const PairTrainingEvents& events,
                                      const std::filesystem::path& cache_file = {});
 
 /// A model file that also holds the classifier.
-void save_pair_classifier(const std::filesystem::path& path, const nn::Model& model,
-                          PairClassifier& classifier, nn::Storage storage);
+void save_pair_classifier(const std::filesystem::path& path, const reid::Model& model,
+                          PairClassifier& classifier, reid::Storage storage);
 /// Throws std::invalid_argument naming file and tensor when the file holds none.
-PairClassifier load_pair_classifier(const std::filesystem::path& path, nn::Model& model);
+PairClassifier load_pair_classifier(const std::filesystem::path& path, reid::Model& model);
 
 }  // namespace sdmt::train

@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "sdmt/nn/embedding_network.h"
 #include "sdmt/nn/sequential.h"
+#include "sdmt/reid/embedding_network.h"
 
 namespace sdmt::train {
 
@@ -26,9 +26,9 @@ struct BlockGrid {
 /// and statistics are copies; a tied weight is the sum over its block, so that an FC1 that was tied
 /// before comes back as it was, and He initialisation stays He initialisation. Throws
 /// std::invalid_argument when the blocks do not fill the map.
-std::unique_ptr<nn::Sequential> make_tied_head(nn::EmbeddingNetwork& network, BlockGrid grid);
+std::unique_ptr<nn::Sequential> make_tied_head(reid::EmbeddingNetwork& network, BlockGrid grid);
 
 /// Writes such a head into `network`, FC1 expanded.
-void store_tied_head(nn::Sequential& tied, BlockGrid grid, nn::EmbeddingNetwork& network);
+void store_tied_head(nn::Sequential& tied, BlockGrid grid, reid::EmbeddingNetwork& network);
 
 }  // namespace sdmt::train

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "sdmt/nn/learning_rate_schedule.h"
-#include "sdmt/nn/model_file.h"
+#include "sdmt/reid/model_file.h"
 #include "sdmt/train/augmentation.h"
 #include "sdmt/train/batch_hard_loss.h"
 #include "sdmt/train/pk_sampler.h"
@@ -81,7 +81,7 @@ class Trainer {
  public:
   /// `model` gives the start and takes the result; it must outlive the trainer.
   /// Throws std::invalid_argument as the options do, and for an unknown layer.
-  Trainer(nn::Model& model, TrainingSet data, TrainerOptions options);
+  Trainer(reid::Model& model, TrainingSet data, TrainerOptions options);
   ~Trainer();
   Trainer(const Trainer&) = delete;
   Trainer& operator=(const Trainer&) = delete;
@@ -110,7 +110,7 @@ class Trainer {
   Validation validate();
 
   /// Writes everything that determines the steps to come, whole or not at all. The file is also a
-  /// model file with the present weights. Throws as nn::OutputFile.
+  /// model file with the present weights. Throws as io::OutputFile.
   void save_checkpoint(const std::filesystem::path& path);
   /// Goes on where a checkpoint was written. Throws std::invalid_argument naming the setting when
   /// it belongs to another configuration, or the tensor when it is damaged.

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "sdmt/train/image_file.h"
-#include "sdmt/train/market1501.h"
+#include "sdmt/media/image_file.h"
+#include "sdmt/reid/market1501.h"
 
 namespace sdmt::train {
 
@@ -22,14 +22,14 @@ struct Identity {
 /// People never trained on, for choosing among models. All decoded.
 struct ValidationSet {
   std::string name;
-  std::vector<Image> images;
+  std::vector<image::Image> images;
   std::vector<int> labels;  ///< equal: the same person
 };
 
 /// The images that a training sees. Everything is decoded once, by all threads, ahead of the
 /// training, and kept in memory (3 bytes a pixel: 290 MB for Market-1501).
 struct TrainingSet {
-  std::vector<Image> images;
+  std::vector<image::Image> images;
   std::vector<Identity> identities;
   std::vector<std::string> sources;  ///< names of the folders
   std::vector<ValidationSet> validation;

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sdmt/mot/box.h"
+#include "sdmt/mot/detection.h"
+
+namespace sdmt::mot {
+
+// The text files of MOTChallenge: one box a line, columns separated by commas (blanks are allowed),
+// frames and pixel positions counted from 1. Lines may end in LF or CRLF; empty lines and a UTF-8
+// byte order mark at the start are skipped. Frames may come in any order: rows are returned sorted
+// by frame, otherwise in file order.
+//
+// Every reader throws std::invalid_argument naming file, line, column, value and what was expected
+// (`det.txt:17: width is -3, expected > 0`) for a missing file, a column that is missing or no
+// number, NaN or infinity, a frame below 1, and a size <= 0 (detections) or < 0 (the others), or a
+// detection beyond kFarthest pixels.
+
+/// A ground-truth row: frame,id,left,top,width,height,flag[,class,visibility]. MOT15 has no
+/// classes; it fills the columns from the eighth on with world coordinates or -1.
+struct GroundTruthRow {
+  int frame = 1;
+  int id = 1;
+  Tlwh box;
+  bool keep = true;       ///< the seventh column is a keep flag, not a score: false where it is 0
+  int category = 0;       ///< 1 pedestrian ... 13 crowd; 0 where the file has no class column
+  double visibility = 1;  ///< 0..1 in MOT16 and later
+};
+
+/// A result row: frame,id,left,top,width,height,confidence,-1,-1,-1.
+struct ResultRow {
+  int frame = 1;
+  int id = 1;
+  Tlwh box;
+  double confidence = 1;
+  int category = -1;  ///< the eighth column, whole part; -1 where the file has none
+};
+
+/// Rows frame,id,left,top,width,height,score[,...]: what a detector found in a sequence.
+class DetectionFile {
+ public:
+  DetectionFile() = default;
+  static DetectionFile read(const std::filesystem::path& path);
+
+  /// Boxes of one frame in file order; empty where the file has none. Any `frame` is allowed.
+  std::span<const Detection> frame(int frame) const;
+  /// Largest frame number, 0 when the file is empty.
+  int last_frame() const { return static_cast<int>(first_.size()) - 1; }
+  std::size_t size() const { return detections_.size(); }
+  /// False when all boxes have the same score, as in files written with -1 or 1 throughout: then
+  /// the score says nothing and TrackerOptions::use_scores should be off.
+  bool has_scores() const;
+
+ private:
+  std::vector<Detection> detections_;
+  // [frame - 1] index of the frame's first detection, then the end
+  std::vector<std::size_t> first_ = {0};
+};
+
+std::vector<GroundTruthRow> read_ground_truth(const std::filesystem::path& path);
+/// What to do with result rows of a frame below 1: the MATLAB devkit passed over them.
+enum class RowsBeforeFrame1 { refuse, drop };
+std::vector<ResultRow> read_results(const std::filesystem::path& path,
+                                    RowsBeforeFrame1 early = RowsBeforeFrame1::refuse);
+
+/// One row as text with its newline: positions with 2 decimals, confidence with up to 6 digits.
+std::string format_result(const ResultRow& row);
+/// Writes rows in the order given; the file appears whole or not at all. Throws as io::OutputFile.
+void write_results(const std::filesystem::path& path, std::span<const ResultRow> rows);
+
+}  // namespace sdmt::mot

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/mot/mot_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "sdmt/io/delimited_text.h"
+#include "sdmt/io/output_file.h"
+
+namespace sdmt::mot {
+
+namespace {
+
+constexpr int kAnyNumber = std::numeric_limits<int>::min();
+
+Tlwh read_box(io::NumberLine& line, bool allow_empty) {
+  Tlwh box;
+  box.left = line.number("left");
+  box.top = line.number("top");
+  box.width = line.number("width");
+  box.height = line.number("height");
+  const auto check = [&](const char* column, double size) {
+    if (allow_empty ? size < 0 : size <= 0) line.refuse(column, size, allow_empty ? ">= 0" : "> 0");
+  };
+  check("width", box.width);
+  check("height", box.height);
+  return box;
+}
+
+// What the tracker takes; refused here, where the line is known.
+void check_range(const io::NumberLine& line, const Tlwh& box) {
+  const auto check = [&](const char* column, double value) {
+    if (std::abs(value) > kFarthest) line.refuse(column, value, "-1e12..1e12");
+  };
+  check("left", box.left);
+  check("top", box.top);
+  check("width", box.width);
+  check("height", box.height);
+}
+
+// Calls read(NumberLine&) for each line and returns the rows sorted by frame, else in file order.
+template <typename Row, typename Read>
+std::vector<Row> read_rows(const std::filesystem::path& path, Read&& read) {
+  std::vector<Row> rows;
+  io::for_each_line(io::read_text(path), [&](std::size_t number, std::string_view text) {
+    io::NumberLine line(path, number, text);
+    rows.push_back(read(line));
+  });
+  const auto by_frame = [](const Row& a, const Row& b) { return a.frame < b.frame; };
+  if (!std::is_sorted(rows.begin(), rows.end(), by_frame)) {
+    std::stable_sort(rows.begin(), rows.end(), by_frame);
+  }
+  return rows;
+}
+
+}  // namespace
+
+DetectionFile DetectionFile::read(const std::filesystem::path& path) {
+  struct Row {
+    int frame;
+    Detection detection;
+  };
+  const auto rows = read_rows<Row>(path, [](io::NumberLine& line) {
+    Row row;
+    row.frame = line.whole("frame", 1);
+    line.whole("id", kAnyNumber);
+    row.detection.box = read_box(line, false);
+    check_range(line, row.detection.box);
+    row.detection.score = line.number("score");
+    return row;
+  });
+  // The index has an entry for each frame number: one absurd number must not eat the memory.
+  constexpr int kLargestGap = 10'000'000;
+  DetectionFile file;
+  file.detections_.reserve(rows.size());
+  for (const Row& row : rows) {
+    if (row.frame - file.last_frame() > kLargestGap) {
+      throw std::invalid_argument(path.string() + ": frame " + std::to_string(row.frame) +
+                                  " follows frame " + std::to_string(file.last_frame()) +
+                                  ", expected at most 10000000 frames between");
+    }
+    file.first_.resize(std::max(file.first_.size(), static_cast<std::size_t>(row.frame) + 1),
+                       file.detections_.size());
+    file.detections_.push_back(row.detection);
+    file.first_.back() = file.detections_.size();
+  }
+  return file;
+}
+
+std::span<const Detection> DetectionFile::frame(int frame) const {
+  if (frame < 1 || frame > last_frame()) return {};
+  const auto i = static_cast<std::size_t>(frame);
+  return std::span(detections_).subspan(first_[i - 1], first_[i] - first_[i - 1]);
+}
+
+bool DetectionFile::has_scores() const {
+  return std::any_of(detections_.begin(), detections_.end(), [this](const Detection& detection) {
+    return detection.score != detections_.front().score;
+  });
+}
+
+std::vector<GroundTruthRow> read_ground_truth(const std::filesystem::path& path) {
+  return read_rows<GroundTruthRow>(path, [](io::NumberLine& line) {
+    GroundTruthRow row;
+    row.frame = line.whole("frame", 1);
+    row.id = line.whole("id", kAnyNumber);
+    row.box = read_box(line, true);
+    row.keep = line.number("flag") != 0;
+    // MOT15 has world coordinates here, three of them; later benchmarks class and visibility.
+    if (line.more()) {
+      const double category = line.number("class");
+      const double visibility = line.more() ? line.number("visibility") : 1;
+      if (!line.more() && category >= 1 && category == std::floor(category)) {
+        row.category = static_cast<int>(std::min(category, 1e9));
+        row.visibility = visibility;
+      }
+    }
+    return row;
+  });
+}
+
+std::vector<ResultRow> read_results(const std::filesystem::path& path, RowsBeforeFrame1 early) {
+  const bool drop = early == RowsBeforeFrame1::drop;
+  auto rows = read_rows<ResultRow>(path, [drop](io::NumberLine& line) {
+    ResultRow row;
+    row.frame = line.whole("frame", drop ? kAnyNumber : 1);
+    row.id = line.whole("id", kAnyNumber);
+    row.box = read_box(line, true);
+    if (line.more()) row.confidence = line.number("confidence");
+    if (line.more()) row.category = static_cast<int>(std::clamp(line.number("class"), -1e9, 1e9));
+    return row;
+  });
+  const auto first =
+      std::find_if(rows.begin(), rows.end(), [](const ResultRow& row) { return row.frame >= 1; });
+  rows.erase(rows.begin(), first);
+  return rows;
+}
+
+std::string format_result(const ResultRow& row) {
+  // Wide enough for any double in %.2f (310 digits each).
+  char text[1400];
+  const int length = std::snprintf(text, sizeof text, "%d,%d,%.2f,%.2f,%.2f,%.2f,%.6g,-1,-1,-1\n",
+                                   row.frame, row.id, row.box.left, row.box.top, row.box.width,
+                                   row.box.height, row.confidence);
+  return {text, static_cast<std::size_t>(length)};
+}
+
+void write_results(const std::filesystem::path& path, std::span<const ResultRow> rows) {
+  io::OutputFile file(path);
+  for (const ResultRow& row : rows) file.write(format_result(row));
+  file.commit();
+}
+
+}  // namespace sdmt::mot

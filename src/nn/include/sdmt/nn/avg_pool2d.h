@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sdmt/nn/layer.h"
+
+namespace sdmt::nn {
+
+struct AvgPool2dOptions {
+  int kernel_height = 1;  ///< pixels, >= 1
+  int kernel_width = 1;   ///< pixels, >= 1
+
+  /// Throws std::invalid_argument naming field, value and bound.
+  void validate() const;
+};
+
+/// Mean over blocks that do not overlap (stride = kernel, as torch.nn.AvgPool2d's default), which
+/// must fill the map exactly: [n, h, w, c] -> [n, h / kernel_height, w / kernel_width, c].
+class AvgPool2d : public nn::Layer {
+ public:
+  /// Throws as AvgPool2dOptions::validate().
+  explicit AvgPool2d(AvgPool2dOptions options);
+
+  std::string_view type() const override { return "AvgPool2d"; }
+  nn::Shape output_shape(nn::Shape in) const override;
+  void forward(const nn::Tensor& x, nn::Tensor& y, nn::Mode mode) override;
+  /// Reads neither x nor y.
+  void backward(const nn::Tensor& x, const nn::Tensor& y, const nn::Tensor& dy,
+                nn::Tensor* dx) override;
+
+ private:
+  AvgPool2dOptions options_;
+};
+
+}  // namespace sdmt::nn

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <opencv2/objdetect.hpp>
+#include <vector>
+
+#include "sdmt/pipeline/detection_source.h"
+
+namespace sdmt::pipeline {
+
+struct HogOptions {
+  /// The smallest person looked for, pixels of height, 24..1000. The frame is resized so that such
+  /// a person fills the detector's window; halving this quadruples the time.
+  int min_person_height = 64;
+
+  void validate() const;
+};
+
+/// OpenCV's people detector (Dalal & Triggs, CVPR 2005: histograms of oriented gradients and a
+/// linear SVM), there so that any video can be tracked without another file. It finds upright,
+/// mostly unoccluded people from the front or behind; it misses sitting, bent or half hidden ones
+/// and likes poles and door frames. Anything serious should bring its own detections.
+///
+/// Around a person many windows respond, around most other things only few. So windows with a
+/// margin above -0.6 are taken: the strongest (margin m > 0) gathers those that overlap it by
+/// IoU > 0.5, n with itself; the person's box is their mean, weighted by exp(margin), and its score
+///
+///     p = 1 / (1 + exp(-(0.95 m + 2.55 ln n - 3.07))),
+///
+/// about the share of true boxes. It then silences all that share more than 0.6 of the smaller of
+/// the two boxes, for windows around two people or around a leg (Dollar et al., Integral Channel
+/// Features, BMVC 2009, addendum), and the next strongest follows. Overlaps are those of the boxes
+/// that people take in the windows. scripts/fit-hog.py fits shares and score on half of
+/// PETS09-S2L1; what the other half says is in docs/tracking.md.
+class HogDetector : public DetectionSource {
+ public:
+  explicit HogDetector(const HogOptions& options = {});
+
+  /// A frame without an image has no detections.
+  std::vector<mot::Detection> detect(const Frame& frame) override;
+
+ private:
+  HogOptions options_;
+  cv::HOGDescriptor descriptor_;
+};
+
+}  // namespace sdmt::pipeline

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/pipeline/sequence_runner.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+#include <vector>
+
+namespace sdmt::pipeline {
+
+namespace {
+
+double rate(std::int64_t frames, double seconds) {
+  return seconds > 0 ? static_cast<double>(frames) / seconds : 0;
+}
+
+}  // namespace
+
+double RunReport::tracker_seconds() const {
+  return stats.predict_seconds + stats.embed_seconds + stats.assign_seconds + stats.boost_seconds +
+         stats.associate_seconds + stats.emit_seconds;
+}
+
+double RunReport::hz() const { return rate(stats.frames, tracker_seconds()); }
+
+double RunReport::hz_without_embedding() const {
+  return rate(stats.frames, tracker_seconds() - stats.embed_seconds);
+}
+
+image::ImageView image_view(const cv::Mat& image) {
+  return {image.data, image.cols, image.rows, static_cast<std::ptrdiff_t>(image.step),
+          image::ChannelOrder::bgr};
+}
+
+RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::Tracker& tracker,
+                       bool images, const RunObservers& observers) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto deliver = [&](const std::vector<track::FinishedFrame>& finished) {
+    if (!observers.finished) return;
+    for (const track::FinishedFrame& frame : finished) observers.finished(frame);
+  };
+  const auto warn = [&](const std::string& text) {
+    if (observers.warning) observers.warning(text);
+  };
+
+  RunReport report;
+  Frame frame;
+  std::string first_problem;
+  bool stopped = false;
+  while (!(stopped = observers.stop && observers.stop()) && frames.next(frame, images)) {
+    if (!frame.problem.empty()) {
+      if (report.unreadable++ == 0) first_problem = frame.problem;
+      warn(frame.problem + "; the frame is tracked by motion alone");
+    }
+    if (observers.read) observers.read(frame);
+    const image::ImageView view = image_view(frame.image);
+    deliver(tracker.update(detections.detect(frame), frame.image.empty() ? nullptr : &view));
+  }
+  const int read = frame.number;
+  if (report.unreadable > 0 && report.unreadable == read) {
+    throw std::invalid_argument(
+        fmt::format("none of the {} frames could be read: {}", read, first_problem));
+  }
+  // Some containers only estimate their length: a frame or two, or one in a hundred, say nothing.
+  const int missing = frames.frame_count() - read;
+  if (!stopped && missing > std::max(2, frames.frame_count() / 100)) {
+    warn(fmt::format("the input ends after {} of its {} frames; it is damaged or incomplete", read,
+                     frames.frame_count()));
+  }
+  if (!stopped && detections.last_frame() > read) {
+    warn(fmt::format("there are detections up to frame {}, but only {} frames; the rest is ignored",
+                     detections.last_frame(), read));
+  }
+  deliver(tracker.finish());
+  report.stats = tracker.stats();
+  report.total_seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return report;
+}
+
+}  // namespace sdmt::pipeline

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/reid/embedder.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "sdmt/nn/sequential.h"
+
+namespace sdmt::reid {
+
+namespace {
+
+constexpr int kCell = 4;  // input pixels to a position of the feature map: two poolings
+
+/// The cells that shifted windows cover together.
+struct WindowGrid {
+  WindowGrid(const image::PixelRect& window, std::span<const WindowShift> shifts) {
+    const auto [min_column, max_column] =
+        std::minmax_element(shifts.begin(), shifts.end(),
+                            [](const auto& a, const auto& b) { return a.columns < b.columns; });
+    const auto [min_row, max_row] = std::minmax_element(
+        shifts.begin(), shifts.end(), [](const auto& a, const auto& b) { return a.rows < b.rows; });
+    left = min_column->columns;
+    top = min_row->rows;
+    columns = WindowShift::kColumns + max_column->columns - left;
+    rows = WindowShift::kRows + max_row->rows - top;
+    const double cell_width = window.width / WindowShift::kColumns;
+    const double cell_height = window.height / WindowShift::kRows;
+    region = {window.left + left * cell_width, window.top + top * cell_height, columns * cell_width,
+              rows * cell_height};
+  }
+
+  int left;  // of the first cell, from the window's
+  int top;
+  int columns;
+  int rows;
+  image::PixelRect region;
+};
+
+// Half a pixel is lost in rounding to whole ones anyway.
+void require_inside(const image::ImageView& image, const image::PixelRect& region) {
+  constexpr double kSlack = 0.5;
+  if (region.left >= -kSlack && region.top >= -kSlack &&
+      region.left + region.width <= image.width + kSlack &&
+      region.top + region.height <= image.height + kSlack) {
+    return;
+  }
+  throw std::invalid_argument("embed_windows: the windows leave the image, whose size is " +
+                              std::to_string(image.width) + " x " + std::to_string(image.height));
+}
+
+}  // namespace
+
+void EmbedderOptions::validate() const {
+  if (max_batch < 1 || max_batch > 4096) {
+    throw std::invalid_argument("max_batch is " + std::to_string(max_batch) +
+                                ", expected 1 to 4096");
+  }
+}
+
+Embedder::Embedder(Model model, const EmbedderOptions& options)
+    : options_(options), model_(std::move(model)) {
+  options_.validate();
+  model_.metadata.preprocessing.validate();
+  const nn::Shape input = model_.network.input_shape(1);
+  const image::Preprocessing& preprocessing = model_.metadata.preprocessing;
+  if (preprocessing.height != input.h || preprocessing.width != input.w) {
+    throw std::invalid_argument(
+        "preprocessing makes patches of " + std::to_string(preprocessing.height) + " x " +
+        std::to_string(preprocessing.width) + ", the network takes " + input.str());
+  }
+  model_.network.release_for_inference();
+}
+
+void Embedder::embed(const image::ImageView& image, std::span<const image::PixelRect> rects,
+                     EmbeddingRows& out) {
+  crops_.clear();
+  for (const image::PixelRect& rect : rects) crops_.push_back({image, rect});
+  embed(crops_, out);
+}
+
+void Embedder::embed(std::span<const Crop> crops, EmbeddingRows& out) {
+  out.values.assign(crops.size() * kEmbeddingSize, 0.0F);
+  out.valid.assign(crops.size(), 0);
+  visible_.clear();
+  for (std::size_t i = 0; i < crops.size(); ++i) {
+    const image::ImageView& image = crops[i].image;
+    if (image.empty() || !image::visible_region(image.width, image.height, crops[i].rect)) continue;
+    out.valid[i] = 1;
+    visible_.push_back(i);
+  }
+
+  // Pieces of nearly equal size: 41 crops as 21 + 20, not as 40 + 1.
+  const std::size_t total = visible_.size();
+  const auto most = static_cast<std::size_t>(options_.max_batch);
+  const std::size_t pieces = (total + most - 1) / most;
+  for (std::size_t piece = 0; piece < pieces; ++piece) {
+    const std::size_t first = total * piece / pieces;
+    const int count = static_cast<int>(total * (piece + 1) / pieces - first);
+    patches_.resize(model_.network.input_shape(count));
+#pragma omp parallel for schedule(dynamic)
+    for (int i = 0; i < count; ++i) {
+      const Crop& crop = crops[visible_[first + static_cast<std::size_t>(i)]];
+      image::extract_patch(crop.image, crop.rect, model_.metadata.preprocessing, patches_.image(i));
+    }
+    const nn::Tensor& rows = model_.network.forward(patches_, nn::Mode::inference);
+    for (int i = 0; i < count; ++i) {
+      const std::size_t crop = visible_[first + static_cast<std::size_t>(i)];
+      std::copy_n(rows.image(i), kEmbeddingSize, out.values.data() + crop * kEmbeddingSize);
+    }
+  }
+}
+
+bool Embedder::reads_windows() const {
+  const image::Preprocessing& input = model_.metadata.preprocessing;
+  return input.width == kCell * WindowShift::kColumns && input.height == kCell * WindowShift::kRows;
+}
+
+void Embedder::embed_windows(const image::ImageView& image, const image::PixelRect& window,
+                             std::span<const WindowShift> shifts, EmbeddingRows& out) {
+  out.values.assign(shifts.size() * kEmbeddingSize, 0.0F);
+  out.valid.assign(shifts.size(), 0);
+  if (shifts.empty()) return;
+  const WindowGrid grid(window, shifts);
+  require_inside(image, grid.region);
+  image::Preprocessing preprocessing = model_.metadata.preprocessing;
+  if (!reads_windows()) {
+    throw std::invalid_argument("embed_windows: the network's input is " +
+                                std::to_string(preprocessing.height) + " x " +
+                                std::to_string(preprocessing.width) + ", expected 128 x 64");
+  }
+  preprocessing.width = kCell * grid.columns;
+  preprocessing.height = kCell * grid.rows;
+  patches_.resize({1, preprocessing.height, preprocessing.width, 3});
+  if (!image::extract_patch(image, grid.region, preprocessing, patches_.data())) return;
+  const nn::Tensor& map = model_.network.trunk().forward(patches_, nn::Mode::inference);
+
+  const std::size_t most = static_cast<std::size_t>(options_.max_batch);
+  const auto channels = static_cast<std::size_t>(map.shape().c);
+  for (std::size_t first = 0; first < shifts.size(); first += most) {
+    const int count = static_cast<int>(std::min(most, shifts.size() - first));
+    windows_.resize({count, WindowShift::kRows, WindowShift::kColumns, map.shape().c});
+#pragma omp parallel for schedule(static)
+    for (int i = 0; i < count; ++i) {
+      const WindowShift& shift = shifts[first + static_cast<std::size_t>(i)];
+      for (int y = 0; y < WindowShift::kRows; ++y) {
+        const auto from = static_cast<std::size_t>(shift.rows - grid.top + y) *
+                              static_cast<std::size_t>(grid.columns) +
+                          static_cast<std::size_t>(shift.columns - grid.left);
+        std::copy_n(
+            map.data() + from * channels, WindowShift::kColumns * channels,
+            windows_.image(i) + static_cast<std::size_t>(y) * WindowShift::kColumns * channels);
+      }
+    }
+    const nn::Tensor& rows = model_.network.head().forward(windows_, nn::Mode::inference);
+    std::copy_n(rows.data(), rows.size(), out.values.data() + first * kEmbeddingSize);
+  }
+  std::fill(out.valid.begin(), out.valid.end(), static_cast<unsigned char>(1));
+}
+
+}  // namespace sdmt::reid

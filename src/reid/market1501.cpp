@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/reid/market1501.h"
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace sdmt::reid {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* folder_name(Split split) {
+  switch (split) {
+    case Split::train:
+      return "bounding_box_train";
+    case Split::query:
+      return "query";
+    case Split::gallery:
+      return "bounding_box_test";
+  }
+  return "";
+}
+
+bool is_image_name(const fs::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return extension == ".jpg" || extension == ".jpeg" || extension == ".png";
+}
+
+struct NameParts {
+  int pid;
+  int camid;
+};
+
+// PID_cCAM...; PID may be -1 (junk).
+std::optional<NameParts> parse_name(std::string_view name) {
+  NameParts parts{};
+  const char* end = name.data() + name.size();
+  const auto [after_pid, pid_error] = std::from_chars(name.data(), end, parts.pid);
+  if (pid_error != std::errc() || parts.pid < -1) return std::nullopt;
+  if (end - after_pid < 3 || after_pid[0] != '_' || after_pid[1] != 'c') return std::nullopt;
+  const auto [after_cam, cam_error] = std::from_chars(after_pid + 2, end, parts.camid);
+  if (cam_error != std::errc() || parts.camid < 0) return std::nullopt;
+  return parts;
+}
+
+}  // namespace
+
+std::vector<ReidImage> list_reid_images(const fs::path& folder) {
+  if (!fs::is_directory(folder)) {
+    throw std::invalid_argument(folder.string() + ": no such folder");
+  }
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.is_regular_file() && is_image_name(entry.path())) files.push_back(entry.path());
+  }
+  if (files.empty()) {
+    throw std::invalid_argument(folder.string() + ": holds no .jpg or .png image");
+  }
+  std::sort(files.begin(), files.end());
+
+  std::vector<ReidImage> images;
+  images.reserve(files.size());
+  for (auto& file : files) {
+    const auto parts = parse_name(file.filename().string());
+    if (!parts) {
+      throw std::invalid_argument(file.string() +
+                                  ": the name does not say who is on it, expected PID_cCAM... as "
+                                  "in 0002_c1s1_000451_03.jpg");
+    }
+    if (parts->pid < 0) continue;
+    images.push_back({std::move(file), parts->pid, parts->camid});
+  }
+  return images;
+}
+
+bool has_split(const fs::path& root, Split split) {
+  return fs::is_directory(root / folder_name(split));
+}
+
+fs::path split_folder(const fs::path& root, Split split) {
+  if (has_split(root, split)) return root / folder_name(split);
+  if (split == Split::train && fs::is_directory(root)) return root;
+  throw std::invalid_argument(root.string() + ": has no folder " + folder_name(split));
+}
+
+std::vector<ReidImage> list_validation_images(const fs::path& root) {
+  std::vector<ReidImage> images;
+  if (has_split(root, Split::query) && has_split(root, Split::gallery)) {
+    images = list_reid_images(split_folder(root, Split::query));
+    auto gallery = list_reid_images(split_folder(root, Split::gallery));
+    std::move(gallery.begin(), gallery.end(), std::back_inserter(images));
+  } else {
+    images = list_reid_images(split_folder(root, Split::train));
+  }
+  std::erase_if(images, [](const ReidImage& image) { return image.pid == kDistractorPid; });
+  return images;
+}
+
+}  // namespace sdmt::reid

@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/reid/model_file.h"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <exception>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "sdmt/io/half.h"
+
+namespace sdmt::reid {
+
+namespace {
+
+using StoredTensor = EmbeddingNetwork::StoredTensor;
+
+constexpr float kInt8Max = 127.0F;
+const std::string kScaleSuffix = ".scale";
+
+[[noreturn]] void refuse(const std::string& file, const std::string& tensor,
+                         const std::string& what) {
+  throw std::invalid_argument(file + ": tensor " + tensor + " " + what);
+}
+
+// out[j][i] = in[i][j], in small blocks so that both sides stay in the first-level cache.
+void transpose(const float* in, int rows, int columns, float* out) {
+  constexpr int kBlock = 16;
+  for (int i0 = 0; i0 < rows; i0 += kBlock) {
+    const int i1 = std::min(rows, i0 + kBlock);
+    for (int j0 = 0; j0 < columns; j0 += kBlock) {
+      const int j1 = std::min(columns, j0 + kBlock);
+      for (int j = j0; j < j1; ++j) {
+        for (int i = i0; i < i1; ++i) {
+          out[static_cast<std::ptrdiff_t>(j) * rows + i] =
+              in[static_cast<std::ptrdiff_t>(i) * columns + j];
+        }
+      }
+    }
+  }
+}
+
+// Weights have one row for each output, everything else is one row.
+struct Rows {
+  explicit Rows(const StoredTensor& tensor)
+      : count(tensor.file_shape.size() > 1 ? tensor.value->shape().n : 1),
+        size(tensor.value->size() / static_cast<std::size_t>(count)),
+        positions(tensor.positions),
+        channels(static_cast<int>(size) / positions) {}
+
+  int count;
+  std::size_t size;
+  int positions;
+  int channels;
+};
+
+bool is_weight(const StoredTensor& tensor) { return tensor.file_shape.size() > 1; }
+
+const io::SafetensorsEntry& checked_entry(const io::Safetensors& file, const StoredTensor& tensor) {
+  const io::SafetensorsEntry& entry = file.at(tensor.name, tensor.file_shape);
+  switch (entry.dtype) {
+    case io::DType::f32:
+    case io::DType::f16:
+    case io::DType::bf16:
+    case io::DType::f64:
+      return entry;
+    case io::DType::i8:
+      if (is_weight(tensor)) {
+        const std::uint64_t outputs = tensor.file_shape.front();
+        const auto& scale = file.at(tensor.name + kScaleSuffix, {&outputs, 1});
+        if (scale.dtype == io::DType::f32) return entry;
+        refuse(file.name(), scale.name,
+               "has dtype " + std::string(io::dtype_name(scale.dtype)) + ", expected F32");
+      }
+      [[fallthrough]];
+    default:
+      refuse(file.name(), tensor.name,
+             "has dtype " + std::string(io::dtype_name(entry.dtype)) +
+                 ", expected F32, F16, BF16, F64" + (is_weight(tensor) ? " or I8" : ""));
+  }
+}
+
+// Fills `out`, which has the shape of tensor.value, row by row: widened, scaled, reordered.
+void read_tensor(const io::Safetensors& file, const StoredTensor& tensor, nn::Tensor& out) {
+  const io::SafetensorsEntry& entry = checked_entry(file, tensor);
+  const Rows rows(tensor);
+  std::vector<float> scales;
+  if (entry.dtype == io::DType::i8) {
+    scales.resize(static_cast<std::size_t>(rows.count));
+    file.read_floats(file.at(tensor.name + kScaleSuffix), scales);
+  }
+  bool finite = true;
+#pragma omp parallel reduction(&& : finite)
+  {
+    std::vector<float> row(rows.size);
+#pragma omp for schedule(static)
+    for (int r = 0; r < rows.count; ++r) {
+      const auto index = static_cast<std::size_t>(r);
+      file.read_floats(entry, row, index * rows.size);
+      if (!scales.empty()) {
+        for (float& value : row) value *= scales[index];
+      }
+      for (const float value : row) finite = finite && std::isfinite(value);
+      transpose(row.data(), rows.channels, rows.positions, out.data() + index * rows.size);
+    }
+  }
+  if (!finite) refuse(file.name(), tensor.name, "holds a value that is not finite");
+  if (tensor.name.ends_with("running_var")) {
+    for (const float value : out.values()) {
+      if (value < 0) {
+        refuse(file.name(), tensor.name, "holds " + std::to_string(value) + ", expected >= 0");
+      }
+    }
+  }
+}
+
+// Hands the rows of a tensor, in the order of the file, to `use`.
+template <typename Use>
+void for_each_row(const StoredTensor& tensor, Use use) {
+  const Rows rows(tensor);
+  std::vector<float> row(rows.size);
+  for (int r = 0; r < rows.count; ++r) {
+    transpose(tensor.value->data() + static_cast<std::size_t>(r) * rows.size, rows.positions,
+              rows.channels, row.data());
+    use(std::span<const float>(row));
+  }
+}
+
+float int8_scale(std::span<const float> row) {
+  float largest = 0.0F;
+  for (const float value : row) largest = std::max(largest, std::abs(value));
+  return largest / kInt8Max;
+}
+
+template <typename T, typename Convert>
+void produce_rows(const StoredTensor& tensor, const io::SafetensorsWriter::Sink& sink,
+                  Convert convert) {
+  std::vector<T> converted;
+  for_each_row(tensor, [&](std::span<const float> row) {
+    converted.resize(row.size());
+    convert(row, std::span<T>(converted));
+    sink(std::as_bytes(std::span<const T>(converted)));
+  });
+}
+
+void check_storable(const StoredTensor& tensor, Storage storage) {
+  const float limit = storage == Storage::float16 && is_weight(tensor)
+                          ? 65504.0F
+                          : std::numeric_limits<float>::max();
+  for (const float value : tensor.value->values()) {
+    if (!(std::abs(value) <= limit)) {
+      throw std::invalid_argument("tensor " + tensor.name + " holds " + std::to_string(value) +
+                                  ", which the file cannot store");
+    }
+  }
+}
+
+void add_weight(io::SafetensorsWriter& writer, const StoredTensor& tensor, Storage storage) {
+  switch (storage) {
+    case Storage::float32:
+      writer.add(tensor.name, io::DType::f32, tensor.file_shape, [tensor](const auto& sink) {
+        for_each_row(tensor, [&](std::span<const float> row) { sink(std::as_bytes(row)); });
+      });
+      return;
+    case Storage::float16:
+      writer.add(tensor.name, io::DType::f16, tensor.file_shape, [tensor](const auto& sink) {
+        produce_rows<std::uint16_t>(tensor, sink, [](auto row, auto out) {
+          std::transform(row.begin(), row.end(), out.begin(), io::float_to_half);
+        });
+      });
+      return;
+    case Storage::int8:
+      writer.add(tensor.name, io::DType::i8, tensor.file_shape, [tensor](const auto& sink) {
+        produce_rows<std::int8_t>(tensor, sink, [](auto row, auto out) {
+          const float scale = int8_scale(row);
+          std::transform(row.begin(), row.end(), out.begin(), [scale](float value) {
+            return static_cast<std::int8_t>(scale > 0 ? std::nearbyint(value / scale) : 0.0F);
+          });
+        });
+      });
+      writer.add(tensor.name + kScaleSuffix, io::DType::f32, {tensor.file_shape.front()},
+                 [tensor](const auto& sink) {
+                   for_each_row(tensor, [&](std::span<const float> row) {
+                     const float scale = int8_scale(row);
+                     sink(std::as_bytes(std::span<const float>(&scale, 1)));
+                   });
+                 });
+      return;
+  }
+}
+
+}  // namespace
+
+Model load_model(const std::filesystem::path& path) { return read_model(io::Safetensors(path)); }
+
+Model read_model(const io::Safetensors& file) {
+  const auto text = file.metadata().find(kModelMetadataKey);
+  if (text == file.metadata().end()) {
+    throw std::invalid_argument(file.name() + ": has no metadata \"" + kModelMetadataKey +
+                                "\", expected a model written by sdmt");
+  }
+  ModelMetadata metadata = parse_model_metadata(text->second, file.name());
+  EmbeddingNetworkOptions options;
+  options.height = metadata.preprocessing.height;
+  options.width = metadata.preprocessing.width;
+  try {
+    options.validate();
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(file.name() + ": " + error.what());
+  }
+  // A file without the values must not make us take the memory it asks for.
+  const std::uint64_t fc1_shape[] = {kEmbeddingSize,
+                                     static_cast<std::uint64_t>(options.features())};
+  file.at("head.fc1.weight", fc1_shape);
+  Model model{std::move(metadata), EmbeddingNetwork(options)};
+  for (const StoredTensor& tensor : model.network.stored_tensors()) {
+    read_tensor(file, tensor, *tensor.value);
+  }
+  model.network.parameters_changed();
+  return model;
+}
+
+void add_model(io::SafetensorsWriter& writer, const Model& model, Storage storage) {
+  model.metadata.validate();
+  writer.set_metadata(kModelMetadataKey, to_json(model.metadata));
+  for (const StoredTensor& tensor : model.network.stored_tensors()) {
+    check_storable(tensor, storage);
+    if (is_weight(tensor)) {
+      add_weight(writer, tensor, storage);
+    } else {
+      writer.add(tensor.name, tensor.file_shape, tensor.value->values());
+    }
+  }
+}
+
+void save_model(const std::filesystem::path& path, const Model& model, Storage storage) {
+  io::SafetensorsWriter writer;
+  add_model(writer, model, storage);
+  writer.write(path);
+}
+
+void rewrite_metadata(const std::filesystem::path& path, const ModelMetadata& metadata) {
+  metadata.validate();
+  const io::Safetensors file(path);  // stays mapped while the new file takes its name
+  io::SafetensorsWriter writer;
+  for (const auto& [key, text] : file.metadata()) writer.set_metadata(key, text);
+  writer.set_metadata(kModelMetadataKey, to_json(metadata));
+  for (const io::SafetensorsEntry& entry : file.tensors()) {
+    writer.add_bytes(entry.name, entry.dtype, entry.shape, entry.bytes);
+  }
+  writer.write(path);
+}
+
+std::vector<std::string> load_trunk(const std::filesystem::path& path, EmbeddingNetwork& network) {
+  const io::Safetensors file(path);
+  std::set<std::string> used;
+  std::vector<std::pair<nn::Tensor*, nn::Tensor>> loaded;
+  for (const StoredTensor& tensor : network.stored_tensors()) {
+    if (!tensor.name.starts_with("features.")) continue;
+    used.insert(tensor.name);
+    used.insert(tensor.name + kScaleSuffix);
+    loaded.emplace_back(tensor.value, nn::Tensor(tensor.value->shape()));
+    read_tensor(file, tensor, loaded.back().second);
+  }
+  for (auto& [value, replacement] : loaded) *value = std::move(replacement);
+  network.parameters_changed();
+
+  std::vector<std::string> ignored;
+  for (const io::SafetensorsEntry& entry : file.tensors()) {
+    if (!used.contains(entry.name)) ignored.push_back(entry.name);
+  }
+  return ignored;
+}
+
+}  // namespace sdmt::reid

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "reid/formula_network.h"
+#include "sdmt/reid/embedder.h"
+
+namespace sdmt::reid {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Windows : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const auto path =
+        fs::temp_directory_path() / ("sdmt_windows_" + std::to_string(getpid()) + ".safetensors");
+    testing_support::write_formula_model(path);
+    embedder_ = new Embedder(load_model(path), {.max_batch = 4});
+    fs::remove(path);
+  }
+  static void TearDownTestSuite() {
+    delete embedder_;
+    embedder_ = nullptr;
+  }
+
+  static double squared_distance(const float* a, const float* b) {
+    double sum = 0;
+    for (int i = 0; i < kEmbeddingSize; ++i)
+      sum += (a[i] - b[i]) * static_cast<double>(a[i] - b[i]);
+    return sum;
+  }
+
+  static Embedder* embedder_;
+  testing_support::FormulaCrop picture_{15};  // 295 x 155 pixels
+  // Cells of 2 x 3 pixels: every shift is a whole number of pixels.
+  image::PixelRect window_{60, 90, 32, 96};
+};
+
+Embedder* Windows::embedder_ = nullptr;
+
+TEST_F(Windows, OneWindowIsOneCrop) {
+  EmbeddingRows crop, window;
+  embedder_->embed(picture_.view(), std::vector{window_}, crop);
+  embedder_->embed_windows(picture_.view(), window_, std::vector<WindowShift>{{0, 0}}, window);
+  EXPECT_EQ(window.values, crop.values);
+  EXPECT_EQ(window.valid, crop.valid);
+  const image::PixelRect moved{window_.left - 8, window_.top + 15, window_.width, window_.height};
+  embedder_->embed(picture_.view(), std::vector{moved}, crop);
+  embedder_->embed_windows(picture_.view(), window_, std::vector<WindowShift>{{-4, 5}}, window);
+  EXPECT_EQ(window.values, crop.values);
+}
+
+// What a window sees beyond its edges sets it apart from the crop, but no other crop is closer.
+TEST_F(Windows, EveryWindowIsClosestToItsOwnCrop) {
+  std::vector<WindowShift> shifts;
+  std::vector<image::PixelRect> crops;
+  for (const int rows : {-8, 0, 7}) {
+    for (const int columns : {-6, 1, 5}) {
+      shifts.push_back({columns, rows});
+      crops.push_back(
+          {window_.left + 2.0 * columns, window_.top + 3.0 * rows, window_.width, window_.height});
+    }
+  }
+  EmbeddingRows expected, got;
+  embedder_->embed(picture_.view(), crops, expected);
+  embedder_->embed_windows(picture_.view(), window_, shifts, got);
+  ASSERT_EQ(got.valid, std::vector<unsigned char>(shifts.size(), 1));
+  for (std::size_t i = 0; i < shifts.size(); ++i) {
+    const float* row = got.values.data() + i * kEmbeddingSize;
+    for (std::size_t j = 0; j < shifts.size(); ++j) {
+      if (j == i) continue;
+      EXPECT_LT(squared_distance(row, expected.values.data() + i * kEmbeddingSize),
+                squared_distance(row, expected.values.data() + j * kEmbeddingSize))
+          << i << " and " << j;
+    }
+  }
+}
+
+TEST_F(Windows, NoneIsNoWork) {
+  EmbeddingRows rows;
+  embedder_->embed_windows(picture_.view(), window_, {}, rows);
+  EXPECT_TRUE(rows.values.empty() && rows.valid.empty());
+}
+
+TEST_F(Windows, MustLieInTheImage) {
+  EmbeddingRows rows;
+  for (const WindowShift shift : {WindowShift{-31, 0}, {0, -31}, {32, 0}, {0, 37}}) {
+    EXPECT_THROW(
+        embedder_->embed_windows(picture_.view(), window_, std::vector{shift, {0, 0}}, rows),
+        std::invalid_argument)
+        << shift.columns << " " << shift.rows;
+  }
+}
+
+}  // namespace
+}  // namespace sdmt::reid

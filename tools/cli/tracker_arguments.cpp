@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/tracker_arguments.h"
+
+#include <fmt/core.h>
+
+#include <filesystem>
+#include <set>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "cli/shipped_files.h"
+#include "sdmt/reid/model_file.h"
+#include "sdmt/track/embedding_appearance.h"
+#include "sdmt/track/histogram_appearance.h"
+#include "sdmt/track/tracker_option_table.h"
+
+namespace sdmt::tools {
+
+namespace {
+
+// The options that most users ever need; the help lists the others in a group of their own.
+const std::set<std::string_view> kFrequent{"lambda", "boosting", "association", "delay",
+                                           "embed",  "tau-a",    "calibration", "min-confidence"};
+
+void add_table_option(CLI::App& command, track::TrackerOptions& options,
+                      const track::TrackerOption& entry) {
+  const std::string flag = std::string("--") + entry.name;
+  const auto set = [&options, &entry, flag](const std::string& text) {
+    try {
+      entry.set(options, text);
+      options.validate();  // here, where the option is known by its name
+    } catch (const std::invalid_argument& error) {
+      throw CLI::ValidationError(flag, error.what());
+    }
+  };
+  CLI::Option* option = nullptr;
+  if (entry.is_switch) {
+    option = command.add_flag_function(
+        flag + ",!--no-" + entry.name,
+        [set](std::int64_t count) { set(count > 0 ? "true" : "false"); },
+        std::string(entry.help) + (entry.get(options) == "true" ? " [on]" : " [off]"));
+  } else {
+    option = command.add_option_function<std::string>(flag, set, entry.help);
+    option->type_name("")->default_str(entry.get(options));
+  }
+  option->group(kFrequent.contains(entry.name) ? "Tracker" : "Tracker in detail");
+}
+
+}  // namespace
+
+void add_tracker_arguments(CLI::App& command, TrackerArguments& arguments) {
+  command.add_option("--model", arguments.model, "Embedding network [the shipped one]")
+      ->type_name("FILE");
+  command
+      .add_option("--appearance", arguments.appearance,
+                  "What tells people apart: network, histogram (of colours) or none")
+      ->check(CLI::IsMember({"network", "histogram", "none"}).description(""))
+      ->type_name("")
+      ->capture_default_str();
+  command.add_flag("--no-appearance", arguments.no_appearance,
+                   "Motion alone, as --appearance none; frames are then not needed");
+  for (const track::TrackerOption& entry : track::tracker_option_table()) {
+    add_table_option(command, arguments.options, entry);
+  }
+}
+
+std::unique_ptr<track::AppearanceModel> TrackerArguments::load_appearance(
+    const Warning& warning) const {
+  if (!uses_appearance()) return nullptr;
+  if (appearance == "histogram") return std::make_unique<track::HistogramAppearance>();
+  const bool needs_threshold = !options.appearance_threshold;
+  return load_network_appearance(
+      model, needs_threshold ? warning : [](const std::string&) {});
+}
+
+std::unique_ptr<track::AppearanceModel> load_network_appearance(const std::string& file,
+                                                                const Warning& warning) {
+  const auto path = file.empty() ? find_default_model() : std::filesystem::path(file);
+  reid::Model model = reid::load_model(path);
+  if (!model.metadata.tau_a) {
+    warning(
+        fmt::format("{}: holds no tau_a, {} is taken; a threshold fits one network only: "
+                    "measure it with sdmt validate-roc --write-threshold",
+                    path.string(), reid::AffinityThreshold{}.value));
+  }
+  return std::make_unique<track::EmbeddingAppearance>(std::move(model));
+}
+
+}  // namespace sdmt::tools

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "sdmt/track/appearance_model.h"
+#include "sdmt/track/tracker_options.h"
+
+namespace sdmt::tools {
+
+/// Gets what is odd, but no error.
+using Warning = std::function<void(const std::string&)>;
+
+/// The tracker as the command line describes it: the tuned preset and what differs from it.
+struct TrackerArguments {
+  track::TrackerOptions options;
+  std::string appearance = "network";  ///< network, histogram or none
+  std::string model;                   ///< empty: the shipped one
+  bool no_appearance = false;
+
+  bool uses_appearance() const { return !no_appearance && appearance != "none"; }
+  /// The appearance model; nullptr when none is used. Throws as reid::load_model().
+  std::unique_ptr<track::AppearanceModel> load_appearance(const Warning& warning) const;
+};
+
+/// The appearance of an embedding network; an empty `file` means the shipped one. Warns when it
+/// holds no tau_a. Throws as reid::load_model().
+std::unique_ptr<track::AppearanceModel> load_network_appearance(const std::string& file,
+                                                                const Warning& warning);
+
+/// Adds --model, --appearance, --no-appearance and an option for every entry of
+/// track::tracker_option_table(); switches also as --no-NAME. `arguments` must live until the
+/// command line is parsed. What TrackerOptions::validate() refuses is reported with the option.
+void add_tracker_arguments(CLI::App& command, TrackerArguments& arguments);
+
+}  // namespace sdmt::tools

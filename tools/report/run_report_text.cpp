@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/run_report_text.h"
+
+#include <fmt/core.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/peak_memory.h"
+
+namespace sdmt::tools {
+
+std::string run_report_json(const pipeline::RunReport& report) {
+  const track::TrackerStats& stats = report.stats;
+  const auto per_frame = [&](double seconds) {
+    return stats.frames > 0 ? 1000 * seconds / static_cast<double>(stats.frames) : 0.0;
+  };
+  const nlohmann::ordered_json json{{"frames", stats.frames},
+                                    {"detections", stats.detections},
+                                    {"tracks", stats.tracks},
+                                    {"hz", report.hz()},
+                                    {"hz_without_embedding", report.hz_without_embedding()},
+                                    {"stage_ms",
+                                     {{"embed", per_frame(stats.embed_seconds)},
+                                      {"predict", per_frame(stats.predict_seconds)},
+                                      {"assign", per_frame(stats.assign_seconds)},
+                                      {"boost", per_frame(stats.boost_seconds)},
+                                      {"associate", per_frame(stats.associate_seconds)},
+                                      {"emit", per_frame(stats.emit_seconds)}}},
+                                    {"embedded", stats.embedded},
+                                    {"peak_rss_mib", peak_rss_mib()},
+                                    {"unreadable_frames", report.unreadable},
+                                    {"suppressed", stats.suppressed},
+                                    {"without_embedding", stats.without_embedding},
+                                    {"tracklets", stats.tracklets},
+                                    {"boosted", stats.boosted},
+                                    {"merges", stats.merges}};
+  return json.dump(2) + "\n";
+}
+
+std::string run_summary(const pipeline::RunReport& report) {
+  const track::TrackerStats& stats = report.stats;
+  std::string text = fmt::format("{} frames, {} detections, {} tracks; tracker {:.1f} Hz",
+                                 stats.frames, stats.detections, stats.tracks, report.hz());
+  if (stats.embedded > 0) {
+    text += fmt::format(" ({:.0f} Hz without embedding)", report.hz_without_embedding());
+  }
+  text += fmt::format(", {:.1f} s in all\n", report.total_seconds);
+  if (report.unreadable > 0) text += fmt::format("{} frames were unreadable\n", report.unreadable);
+  return text;
+}
+
+std::string stage_table(const pipeline::RunReport& report) {
+  const track::TrackerStats& stats = report.stats;
+  const double frames = stats.frames > 0 ? static_cast<double>(stats.frames) : 1;
+  std::string text = "stage       ms/frame\n";
+  const auto line = [&](const char* stage, double seconds) {
+    text += fmt::format("{:<10} {:9.3f}\n", stage, 1000 * seconds / frames);
+  };
+  line("predict", stats.predict_seconds);
+  line("embed", stats.embed_seconds);
+  line("assign", stats.assign_seconds);
+  line("boost", stats.boost_seconds);
+  line("associate", stats.associate_seconds);
+  line("emit", stats.emit_seconds);
+  line("total", report.tracker_seconds());
+  text += fmt::format(
+      "{:.1f} Hz with embedding, {:.1f} Hz without (reading, detecting and drawing excluded)\n",
+      report.hz(), report.hz_without_embedding());
+  text += fmt::format(
+      "{} boxes embedded ({} without a usable crop), {} detections suppressed, "
+      "{} boosted, {} merges, peak memory {:.0f} MiB\n",
+      stats.embedded, stats.without_embedding, stats.suppressed, stats.boosted, stats.merges,
+      peak_rss_mib());
+  return text;
+}
+
+}  // namespace sdmt::tools
