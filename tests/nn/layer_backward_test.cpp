@@ -104,6 +104,23 @@ TEST_P(LayerBackward, Conv2dOfTheNetwork) {
   }
 }
 
+TEST_P(LayerBackward, StridedConv2dWithoutBias) {
+  Random random(9);
+  for (const auto& [in, out] :
+       {std::pair{Shape{2, 9, 6, 3}, 32}, {Shape{1, 8, 7, 3}, 20}, {Shape{2, 7, 8, 12}, 16}}) {
+    Conv2d conv({.in_channels = in.c, .out_channels = out, .stride = 2, .bias = false});
+    conv.reset_parameters(random);
+    SCOPED_TRACE("input " + in.str());
+    ASSERT_EQ(conv.parameters().size(), 1U);
+    expect_right_gradients(
+        conv, random_tensor(in, random),
+        [](const Array& x, const std::vector<Array>& parameters) {
+          return oracle::conv2d(x, parameters[0], Array(), 2, 1);
+        },
+        random);
+  }
+}
+
 TEST_P(LayerBackward, Linear) {
   Random random(12);
   for (const int batch : {1, 2, 9}) {
@@ -152,9 +169,10 @@ TEST(MaxPool2dBackward, GoesToTheFirstOfEqualValues) {
   EXPECT_EQ(std::vector<float>(dx.values().begin(), dx.values().end()), expected);
 }
 
-TEST(BatchNormBackward, SeesThroughTheStatistics) {
+TEST_P(LayerBackward, BatchNormSeesThroughTheStatistics) {
   Random random(15);
-  for (const Shape in : {Shape{2, 1, 1, 3}, Shape{9, 1, 1, 5}, Shape{2, 3, 3, 4}}) {
+  for (const Shape in :
+       {Shape{2, 1, 1, 3}, Shape{9, 1, 1, 5}, Shape{2, 3, 3, 4}, Shape{5, 23, 13, 9}}) {
     BatchNorm norm({.num_features = in.c, .eps = 1e-2});
     norm.weight().value = random_tensor({1, 1, 1, in.c}, random);
     norm.bias().value = random_tensor({1, 1, 1, in.c}, random);

@@ -9,6 +9,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "nn/every_target.h"
 #include "nn/oracle.h"
@@ -227,9 +228,10 @@ TEST(Relu, KeepsNaN) {
   EXPECT_TRUE(std::isnan(y.values()[0]));
 }
 
-TEST(BatchNorm, EqualsItsDefinitionAndMovesTheRunningStatistics) {
+TEST_P(LayerForward, BatchNormMovesTheRunningStatistics) {
   Random random(6);
-  for (const Shape in : {Shape{2, 1, 1, 1}, Shape{7, 1, 1, 13}, Shape{3, 5, 2, 4}}) {
+  for (const Shape in :
+       {Shape{2, 1, 1, 1}, Shape{7, 1, 1, 13}, Shape{3, 5, 2, 4}, Shape{5, 21, 19, 11}}) {
     BatchNorm norm({.num_features = in.c, .momentum = 0.3});
     norm.weight().value = random_tensor({1, 1, 1, in.c}, random);
     norm.bias().value = random_tensor({1, 1, 1, in.c}, random);
@@ -257,6 +259,47 @@ TEST(BatchNorm, EqualsItsDefinitionAndMovesTheRunningStatistics) {
                                     Array(norm.running_var().value), 1e-5)),
               1e-6);
   }
+}
+
+/// A channel whose mean is large beside its deviation: sums of squares alone would lose it.
+TEST_P(LayerForward, BatchNormOfChannelsFarFromZero) {
+  Random random(10);
+  Tensor x = random_tensor({4, 20, 10, 6}, random);
+  for (float& value : x.values()) value = 3000.0F + std::round(value * 256.0F) / 256.0F;
+  BatchNorm norm({.num_features = 6});
+  Tensor y;
+  norm.forward(x, y, Mode::training);
+  const Array expected = oracle::batch_norm_training(Array(x), Array(norm.weight().value),
+                                                     Array(norm.bias().value), 1e-5);
+  EXPECT_LT(relative_error(y, expected), 1e-6);
+}
+
+TEST(BatchNorm, GivesTheSameBitsOnEveryTargetAndAnyNumberOfThreads) {
+  Random random(11);
+  const Tensor x = random_tensor({7, 31, 9, 37}, random);
+  const Tensor dy = random_tensor(x.shape(), random);
+  const int threads = omp_get_max_threads();
+  std::vector<std::vector<float>> first;
+  for (const std::string& target : simd_targets()) {
+    use_simd_target(target);
+    for (int count = 1; count <= 3; ++count) {
+      omp_set_num_threads(count);
+      BatchNorm norm({.num_features = 37});
+      Tensor y;
+      Tensor dx;
+      norm.forward(x, y, Mode::training);
+      norm.backward(x, y, dy, &dx);
+      std::vector<std::vector<float>> run;
+      for (const Tensor* tensor : {&y, &dx, &norm.weight().grad, &norm.bias().grad,
+                                   &norm.running_mean().value, &norm.running_var().value}) {
+        run.emplace_back(tensor->values().begin(), tensor->values().end());
+      }
+      if (first.empty()) first = run;
+      EXPECT_EQ(run, first) << target << ", " << count << " threads";
+    }
+  }
+  use_simd_target("");
+  omp_set_num_threads(threads);
 }
 
 TEST(BatchNorm, RefusesABatchOfOneOnlyInTraining) {

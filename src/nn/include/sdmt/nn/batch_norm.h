@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <vector>
+#include <memory>
 
 #include "sdmt/nn/layer.h"
 
 namespace sdmt::nn {
+
+struct ChannelAffine;
+struct ChannelStatistics;
 
 struct BatchNormOptions {
   int num_features = 0;        ///< channels, >= 1
@@ -18,7 +21,7 @@ struct BatchNormOptions {
   void validate() const;
 };
 
-/// Batch normalisation over all positions of a channel (Ioffe & Szegedy, 2015), as
+/// Batch normalisation over all positions of a channel, n*h*w of them (Ioffe & Szegedy, 2015), as
 /// torch.nn.BatchNorm1d/2d: y = (x - mean) / sqrt(var + eps) * weight + bias.
 /// training: mean and biased variance of the batch; running_mean and running_var (unbiased
 /// variance) move towards them by `momentum`. inference: the running statistics.
@@ -26,6 +29,7 @@ class BatchNorm : public Layer {
  public:
   /// running_mean 0, running_var 1. Throws as BatchNormOptions::validate().
   explicit BatchNorm(BatchNormOptions options);
+  ~BatchNorm() override;
 
   const BatchNormOptions& options() const { return options_; }
 
@@ -45,13 +49,16 @@ class BatchNorm : public Layer {
   std::vector<Buffer*> buffers() override { return {&running_mean_, &running_var_}; }
 
  private:
+  ChannelAffine affine(const ChannelStatistics& statistics) const;
+  ChannelStatistics running_statistics() const;
+  void move_to_batch(const Tensor& x);
+
   BatchNormOptions options_;
   Parameter weight_;
   Parameter bias_;
   Buffer running_mean_;
   Buffer running_var_;
-  std::vector<double> batch_mean_;     // of the last forward in training mode
-  std::vector<double> batch_inv_std_;  // 1 / sqrt(var + eps)
+  std::unique_ptr<ChannelStatistics> batch_;  // of the last forward in training mode
 };
 
 }  // namespace sdmt::nn

@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernels/channel_norm.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/channel_norm.cpp"
+#include <hwy/foreach_target.h>
+// Highway's order: highway.h comes after foreach_target.h.
+#include <hwy/highway.h>
+
+namespace sdmt::nn {
+#ifndef SDMT_NN_CHANNEL_NORM_ONCE_
+#define SDMT_NN_CHANNEL_NORM_ONCE_
+/// Some rows of x and dy, and what is known of their channels.
+struct ChannelRows {
+  const float* x = nullptr;
+  const float* dy = nullptr;
+  std::int64_t rows = 0;
+  int channels = 0;
+  const double* mean = nullptr;
+  const double* inv_std = nullptr;
+  const double* scale = nullptr;
+  const double* shift = nullptr;
+  bool relu = false;
+};
+#endif
+}  // namespace sdmt::nn
+
+HWY_BEFORE_NAMESPACE();
+namespace sdmt::nn {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Calls step(tag, channel) for every vector of channels; the last ones come singly.
+template <class Step>
+HWY_INLINE void ForChannels(int channels, const Step& step) {
+  const hn::ScalableTag<double> d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  int c = 0;
+  for (; c + lanes <= channels; c += lanes) step(d, c);
+  for (; c < channels; ++c) step(hn::CappedTag<double, 1>(), c);
+}
+
+template <class D>
+HWY_INLINE hn::Vec<D> LoadDoubles(D d, const float* from) {
+  return hn::PromoteTo(d, hn::LoadU(hn::Rebind<float, D>(), from));
+}
+
+template <class D>
+HWY_INLINE void StoreFloats(D, hn::Vec<D> values, float* to) {
+  const hn::Rebind<float, D> f;
+  hn::StoreU(hn::DemoteTo(f, values), f, to);
+}
+
+/// Whether the ReLU lets the value through, once it is rounded to float.
+template <class D>
+HWY_INLINE hn::Mask<D> Passes(D d, hn::Vec<D> value) {
+  return hn::Gt(value, hn::Set(d, 0x1p-150));  // what is smaller is rounded to 0
+}
+
+/// The gradient after the ReLU, if there is one, at channel c of a row.
+template <class D>
+HWY_INLINE hn::Vec<D> Gradient(D d, const ChannelRows& in, hn::Vec<D> x, const float* dy, int c) {
+  const auto g = LoadDoubles(d, dy + c);
+  if (!in.relu) return g;
+  const auto y = hn::Add(hn::Mul(x, hn::LoadU(d, in.scale + c)), hn::LoadU(d, in.shift + c));
+  return hn::IfThenElseZero(Passes(d, y), g);
+}
+
+/// mean, squares: of these rows alone.
+void MomentsOfRows(const ChannelRows& in, double* mean, double* squares) {
+  std::fill_n(mean, in.channels, 0.0);
+  std::fill_n(squares, in.channels, 0.0);
+  const float* x = in.x;
+  for (std::int64_t row = 0; row < in.rows; ++row, x += in.channels) {
+    ForChannels(in.channels, [&](auto d, int c) HWY_ATTR {
+      hn::StoreU(hn::Add(hn::LoadU(d, mean + c), LoadDoubles(d, x + c)), d, mean + c);
+    });
+  }
+  for (int c = 0; c < in.channels; ++c) mean[c] /= static_cast<double>(in.rows);
+  x = in.x;
+  for (std::int64_t row = 0; row < in.rows; ++row, x += in.channels) {
+    ForChannels(in.channels, [&](auto d, int c) HWY_ATTR {
+      const auto centred = hn::Sub(LoadDoubles(d, x + c), hn::LoadU(d, mean + c));
+      hn::StoreU(hn::Add(hn::LoadU(d, squares + c), hn::Mul(centred, centred)), d, squares + c);
+    });
+  }
+}
+
+void AffineOfRows(const ChannelRows& in, float* y) {
+  const float* x = in.x;
+  for (std::int64_t row = 0; row < in.rows; ++row, x += in.channels, y += in.channels) {
+    ForChannels(in.channels, [&](auto d, int c) HWY_ATTR {
+      auto value = hn::Add(hn::Mul(LoadDoubles(d, x + c), hn::LoadU(d, in.scale + c)),
+                           hn::LoadU(d, in.shift + c));
+      // Keeps NaN, as the ReLU layer does.
+      if (in.relu) value = hn::IfThenElse(hn::Lt(value, hn::Zero(d)), hn::Zero(d), value);
+      StoreFloats(d, value, y + c);
+    });
+  }
+}
+
+void GradientSumsOfRows(const ChannelRows& in, double* sum, double* sum_by_x) {
+  std::fill_n(sum, in.channels, 0.0);
+  std::fill_n(sum_by_x, in.channels, 0.0);
+  const float* x = in.x;
+  const float* dy = in.dy;
+  for (std::int64_t row = 0; row < in.rows; ++row, x += in.channels, dy += in.channels) {
+    ForChannels(in.channels, [&](auto d, int c) HWY_ATTR {
+      const auto value = LoadDoubles(d, x + c);
+      const auto g = Gradient(d, in, value, dy, c);
+      const auto centred = hn::Sub(value, hn::LoadU(d, in.mean + c));
+      const auto by_x = hn::Mul(hn::Mul(g, centred), hn::LoadU(d, in.inv_std + c));
+      hn::StoreU(hn::Add(hn::LoadU(d, sum + c), g), d, sum + c);
+      hn::StoreU(hn::Add(hn::LoadU(d, sum_by_x + c), by_x), d, sum_by_x + c);
+    });
+  }
+}
+
+void InputGradientOfRows(const ChannelRows& in, const double* mean_dy, const double* mean_dy_by_x,
+                         float* dx) {
+  const float* x = in.x;
+  const float* dy = in.dy;
+  for (std::int64_t row = 0; row < in.rows; ++row) {
+    ForChannels(in.channels, [&](auto d, int c) HWY_ATTR {
+      const auto value = LoadDoubles(d, x + c);
+      const auto g = Gradient(d, in, value, dy, c);
+      const auto normalised =
+          hn::Mul(hn::Sub(value, hn::LoadU(d, in.mean + c)), hn::LoadU(d, in.inv_std + c));
+      const auto rest = hn::Sub(hn::Sub(g, hn::LoadU(d, mean_dy + c)),
+                                hn::Mul(normalised, hn::LoadU(d, mean_dy_by_x + c)));
+      StoreFloats(d, hn::Mul(hn::LoadU(d, in.scale + c), rest), dx + c);
+    });
+    x += in.channels;
+    dy += in.channels;
+    dx += in.channels;
+  }
+}
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace sdmt::nn
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace sdmt::nn {
+
+HWY_EXPORT(MomentsOfRows);
+HWY_EXPORT(AffineOfRows);
+HWY_EXPORT(GradientSumsOfRows);
+HWY_EXPORT(InputGradientOfRows);
+
+namespace {
+
+constexpr std::int64_t kRowsPerPart = 512;  // stay in the level-2 cache between two readings
+
+std::int64_t rows_of(const Tensor& x) { return static_cast<std::int64_t>(x.size()) / x.shape().c; }
+
+/// Calls run(part, first row, number of rows) for all parts, in parallel.
+template <class Run>
+void for_parts(std::int64_t rows, const Run& run) {
+  const std::int64_t parts = (rows + kRowsPerPart - 1) / kRowsPerPart;
+#pragma omp parallel for schedule(static)
+  for (std::int64_t part = 0; part < parts; ++part) {
+    const std::int64_t first = part * kRowsPerPart;
+    run(part, first, std::min(kRowsPerPart, rows - first));
+  }
+}
+
+/// Two sums for every channel and part of the rows.
+struct PartSums {
+  std::int64_t parts;
+  int channels;
+  ChannelValues first, second;  // [part][channel]
+
+  explicit PartSums(const Tensor& x)
+      : parts((rows_of(x) + kRowsPerPart - 1) / kRowsPerPart),
+        channels(x.shape().c),
+        first(parts * channels),
+        second(parts * channels) {}
+};
+
+ChannelRows rows_at(std::int64_t row, std::int64_t rows, const Tensor& x, const Tensor* dy,
+                    const ChannelStatistics* statistics, const ChannelAffine* affine) {
+  const int channels = x.shape().c;
+  ChannelRows in{.x = x.data() + row * channels, .rows = rows, .channels = channels};
+  if (dy != nullptr) in.dy = dy->data() + row * channels;
+  if (statistics != nullptr) {
+    in.mean = statistics->mean.data();
+    in.inv_std = statistics->inv_std.data();
+  }
+  if (affine != nullptr) {
+    in.scale = affine->scale.data();
+    in.shift = affine->shift.data();
+    in.relu = affine->relu;
+  }
+  return in;
+}
+
+}  // namespace
+
+ChannelMoments channel_moments(const Tensor& x) {
+  PartSums parts(x);
+  const int channels = parts.channels;
+  const std::int64_t rows = rows_of(x);
+  for_parts(rows, [&](std::int64_t part, std::int64_t first, std::int64_t count) {
+    HWY_DYNAMIC_DISPATCH(MomentsOfRows)
+    (rows_at(first, count, x, nullptr, nullptr, nullptr), &parts.first[part * channels],
+     &parts.second[part * channels]);
+  });
+  ChannelMoments moments{ChannelValues(channels), ChannelValues(channels)};
+  for (int c = 0; c < channels; ++c) {
+    double mean = 0.0;
+    double squares = 0.0;
+    double before = 0.0;  // rows
+    for (std::int64_t part = 0; part < parts.parts; ++part) {
+      // Chan, Golub & LeVeque, "Updating Formulae and a Pairwise Algorithm for Computing Sample
+      // Variances", 1979.
+      const auto count = static_cast<double>(std::min(kRowsPerPart, rows - part * kRowsPerPart));
+      const double step = parts.first[part * channels + c] - mean;
+      const double total = before + count;
+      mean += step * (count / total);
+      squares += parts.second[part * channels + c] + step * step * (before * count / total);
+      before = total;
+    }
+    moments.mean[c] = mean;
+    moments.squares[c] = squares;
+  }
+  return moments;
+}
+
+void channel_affine(const Tensor& x, const ChannelAffine& affine, Tensor& y) {
+  y.resize(x.shape());
+  for_parts(rows_of(x), [&](std::int64_t, std::int64_t first, std::int64_t count) {
+    HWY_DYNAMIC_DISPATCH(AffineOfRows)
+    (rows_at(first, count, x, nullptr, nullptr, &affine), y.data() + first * x.shape().c);
+  });
+}
+
+ChannelGradientSums channel_gradient_sums(const Tensor& x, const Tensor& dy,
+                                          const ChannelStatistics& statistics,
+                                          const ChannelAffine& affine) {
+  PartSums parts(x);
+  const int channels = parts.channels;
+  for_parts(rows_of(x), [&](std::int64_t part, std::int64_t first, std::int64_t count) {
+    HWY_DYNAMIC_DISPATCH(GradientSumsOfRows)
+    (rows_at(first, count, x, &dy, &statistics, &affine), &parts.first[part * channels],
+     &parts.second[part * channels]);
+  });
+  ChannelGradientSums sums{ChannelValues(channels), ChannelValues(channels)};
+  for (std::int64_t part = 0; part < parts.parts; ++part) {
+    for (int c = 0; c < channels; ++c) {
+      sums.dy[c] += parts.first[part * channels + c];
+      sums.dy_by_x[c] += parts.second[part * channels + c];
+    }
+  }
+  return sums;
+}
+
+void channel_input_gradient(const Tensor& x, const Tensor& dy, const ChannelStatistics& statistics,
+                            const ChannelAffine& affine, const ChannelGradientSums& sums,
+                            Tensor& dx) {
+  dx.resize(x.shape());
+  const auto rows = static_cast<double>(rows_of(x));
+  ChannelGradientSums mean = sums;
+  for (double& value : mean.dy) value /= rows;
+  for (double& value : mean.dy_by_x) value /= rows;
+  for_parts(rows_of(x), [&](std::int64_t, std::int64_t first, std::int64_t count) {
+    HWY_DYNAMIC_DISPATCH(InputGradientOfRows)
+    (rows_at(first, count, x, &dy, &statistics, &affine), mean.dy.data(), mean.dy_by_x.data(),
+     dx.data() + first * x.shape().c);
+  });
+}
+
+}  // namespace sdmt::nn
+#endif
