@@ -58,10 +58,10 @@ const std::map<std::string, std::set<std::string>> kMayInclude{
     {"image", {"image"}},
     {"mot", {"mot", "io"}},
     {"nn", {"nn", "io"}},
-    {"media", {"media", "image"}},
+    {"media", {"media", "image", "io"}},
     {"reid", {"reid", "nn", "image", "io"}},
-    {"track", {"track", "mot", "image", "reid"}},
-    {"eval", {"eval", "mot"}},
+    {"track", {"track", "mot", "image", "reid", "io"}},
+    {"eval", {"eval", "mot", "io"}},
     {"train", {"train", "reid", "media", "nn", "image", "io"}},
     {"pipeline", {"pipeline", "track", "media", "mot", "image", "io"}},
 };
