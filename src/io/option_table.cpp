@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/io/option_table.h"
+
+#include <cmath>
+
+namespace sdmt::io {
+
+bool Range::holds(double value) const {
+  if (std::isnan(value) || value < low || value > high) return false;
+  if ((above && value == low) || (below && value == high)) return false;
+  return !odd || std::fmod(std::abs(value), 2) == 1;
+}
+
+std::string Range::text() const {
+  const std::string span = number_text(low) + ".." + number_text(high);
+  if (odd) return "an odd number in " + span;
+  const bool bounded_below = std::isfinite(low), bounded_above = std::isfinite(high);
+  if (bounded_below && bounded_above && !above && !below) return span;
+  std::string text;
+  if (bounded_below) text = (above ? "> " : ">= ") + number_text(low);
+  if (bounded_below && bounded_above) text += " and ";
+  if (bounded_above) text += (below ? "< " : "<= ") + number_text(high);
+  return text.empty() ? "a number" : text;
+}
+
+std::string markdown_row(const std::vector<std::string>& cells) {
+  std::string row = "|";
+  for (const std::string& cell : cells) row += (cell.empty() ? "" : " " + cell) + " |";
+  return row + "\n";
+}
+
+}  // namespace sdmt::io
