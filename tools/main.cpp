@@ -26,6 +26,7 @@
 #include "cli/config_arguments.h"
 #include "cli/console.h"
 #include "cli/stop_signal.h"
+#include "sdmt/io/checked_value.h"
 
 namespace {
 
@@ -136,7 +137,7 @@ int run(int argc, char** argv) {
   const std::vector<std::string> typed(argv + 1, argv + argc);
   const auto report = [&](std::string message, int code) {
     std::replace(message.begin(), message.end(), '\n', ' ');  // one line, whatever a path holds
-    say(stderr, "{}: {}\n", command_name(app, typed), message);
+    say(stderr, "{}: {}\n", command_name(app, typed), io::printable(message));
     return code;
   };
   const bool unknown =

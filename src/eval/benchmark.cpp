@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "sdmt/io/checked_value.h"
+
 namespace sdmt::eval {
 
 namespace {
@@ -27,7 +29,7 @@ Benchmark parse_benchmark(std::string_view name) {
                  [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
   const auto found = std::find(kBenchmarkNames.begin(), kBenchmarkNames.end(), upper);
   if (found == kBenchmarkNames.end()) {
-    throw std::invalid_argument("benchmark is '" + std::string(name) +
+    throw std::invalid_argument("benchmark is " + io::quoted(name) +
                                 "', expected MOT15, MOT16, MOT17 or MOT20");
   }
   return static_cast<Benchmark>(found - kBenchmarkNames.begin());
@@ -40,8 +42,7 @@ std::string_view to_string(Benchmark benchmark) {
 Compat parse_compat(std::string_view name) {
   const auto found = std::find(kCompatNames.begin(), kCompatNames.end(), name);
   if (found == kCompatNames.end()) {
-    throw std::invalid_argument("compat is '" + std::string(name) +
-                                "', expected trackeval or devkit");
+    throw std::invalid_argument("compat is " + io::quoted(name) + ", expected trackeval or devkit");
   }
   return static_cast<Compat>(found - kCompatNames.begin());
 }

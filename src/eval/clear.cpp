@@ -27,9 +27,7 @@ struct GtTrack {
 class Counter {
  public:
   Counter(const SequenceSimilarities& sequence, Compat compat)
-      : sequence_(sequence),
-        devkit_(compat == Compat::devkit),
-        tracks_(static_cast<std::size_t>(sequence.num_gt_ids)) {}
+      : sequence_(sequence), devkit_(compat == Compat::devkit), tracks_(sequence.num_gt_ids) {}
 
   ClearScores count(ClearMatches* matches) {
     if (matches != nullptr) matches->assign(sequence_.frames.size(), {});
@@ -43,14 +41,14 @@ class Counter {
   }
 
  private:
-  GtTrack& track(int gt_id) { return tracks_[static_cast<std::size_t>(gt_id)]; }
+  GtTrack& track(int gt_id) { return tracks_[gt_id]; }
 
-  std::vector<Match> frame(std::size_t t) {
+  std::vector<ClearMatch> frame(std::size_t t) {
     const auto& now = sequence_.frames[t];
     // TrackEval passes over a frame that lacks either side: "the frame before" stays the one
     // before it. In the devkit nothing is matched there, so the memory of pairs ends.
     const bool one_sided = now.gt_ids.empty() || now.result_ids.empty();
-    std::vector<Match> matches;
+    std::vector<ClearMatch> matches;
     if (!one_sided) matches = match(now);
     for (auto& found : matches) {
       GtTrack& person = track(found.gt_id);
@@ -84,13 +82,13 @@ class Counter {
     return matches;
   }
 
-  std::vector<Match> match(const FrameSimilarities& now) {
+  std::vector<ClearMatch> match(const FrameSimilarities& now) {
     edges_.clear();
     similarity_.clear();
     for (const auto& pair : now.overlaps) {
       if (pair.similarity < kThreshold) continue;
-      const int gt_id = now.gt_ids[static_cast<std::size_t>(pair.gt)];
-      const int result_id = now.result_ids[static_cast<std::size_t>(pair.result)];
+      const int gt_id = now.gt_ids[pair.gt];
+      const int result_id = now.result_ids[pair.result];
       const bool kept = track(gt_id).previous_result == result_id;
       edges_.push_back({pair.gt, pair.result, pair.similarity + (kept ? kBonus : 0.0)});
       similarity_.push_back(pair.similarity);
@@ -98,11 +96,10 @@ class Counter {
     if (devkit_) force_kept_pairs(now);
     const auto column_of = mot::maximum_weight_assignment(
         static_cast<int>(now.gt_ids.size()), static_cast<int>(now.result_ids.size()), edges_);
-    std::vector<Match> matches;
+    std::vector<ClearMatch> matches;
     for (std::size_t k = 0; k < edges_.size(); ++k) {
-      const auto row = static_cast<std::size_t>(edges_[k].row);
-      if (column_of[row] != edges_[k].column) continue;
-      const auto column = static_cast<std::size_t>(edges_[k].column);
+      const int row = edges_[k].row, column = edges_[k].column;
+      if (column_of[row] != column) continue;
       matches.push_back({now.gt_ids[row], now.result_ids[column], similarity_[k], kNone, false});
     }
     return matches;
@@ -114,15 +111,14 @@ class Counter {
     std::vector<unsigned char> gt_kept(now.gt_ids.size(), 0), result_kept(now.result_ids.size(), 0);
     for (const auto& edge : edges_) {
       if (edge.weight < kBonus) continue;
-      gt_kept[static_cast<std::size_t>(edge.row)] = 1;
-      result_kept[static_cast<std::size_t>(edge.column)] = 1;
+      gt_kept[edge.row] = 1;
+      result_kept[edge.column] = 1;
     }
     std::size_t kept = 0;
     for (std::size_t k = 0; k < edges_.size(); ++k) {
       auto edge = edges_[k];
       const bool rival =
-          edge.weight < kBonus && (gt_kept[static_cast<std::size_t>(edge.row)] != 0 ||
-                                   result_kept[static_cast<std::size_t>(edge.column)] != 0);
+          edge.weight < kBonus && (gt_kept[edge.row] != 0 || result_kept[edge.column] != 0);
       if (rival) continue;
       if (edge.weight < kBonus) edge.weight += kBonus;
       edges_[kept] = edge;

@@ -6,11 +6,11 @@
 #include <string>
 #include <tuple>
 
+#include "sdmt/io/checked_value.h"
+
 namespace sdmt::eval {
 
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 // What is known of a person while going through the frames.
 struct Person {
@@ -30,8 +30,8 @@ class Finder {
   Finder(const PreparedSequence& sequence, const EventOptions& options)
       : sequence_(sequence),
         options_(options),
-        people_(index(sequence.similarities.num_gt_ids)),
-        tracks_(index(sequence.similarities.num_result_ids)) {}
+        people_(sequence.similarities.num_gt_ids),
+        tracks_(sequence.similarities.num_result_ids) {}
 
   std::vector<TrackingEvent> find(const ClearMatches& matches) {
     for (std::size_t t = 0; t < matches.size(); ++t) frame(t, matches[t]);
@@ -48,8 +48,7 @@ class Finder {
       if (event.kind == EventKind::false_track) continue;
       const auto label =
           std::lower_bound(sequence_.gt_labels.begin(), sequence_.gt_labels.end(), event.gt_id);
-      event.track_boxes =
-          people_[static_cast<std::size_t>(label - sequence_.gt_labels.begin())].boxes;
+      event.track_boxes = people_[label - sequence_.gt_labels.begin()].boxes;
     }
     std::sort(events_.begin(), events_.end(), [](const TrackingEvent& a, const TrackingEvent& b) {
       return std::tie(a.first_frame, a.kind, a.gt_id, a.result_id) <
@@ -59,7 +58,7 @@ class Finder {
   }
 
  private:
-  void frame(std::size_t t, const std::vector<Match>& matches) {
+  void frame(std::size_t t, const std::vector<ClearMatch>& matches) {
     const auto& now = sequence_.similarities.frames[t];
     const int number = static_cast<int>(t) + 1;
     std::vector<int> matched_results;
@@ -69,7 +68,7 @@ class Finder {
     auto match = matches.begin();  // in the order of gt_ids
     for (std::size_t i = 0; i < now.gt_ids.size(); ++i) {
       const int gt_id = now.gt_ids[i];
-      Person& person = people_[index(gt_id)];
+      Person& person = people_[gt_id];
       const auto& box = sequence_.gt_boxes[t][i];
       if (match != matches.end() && match->gt_id == gt_id) {
         if (match->idsw) add_switch(*match, person, number, box);
@@ -85,17 +84,17 @@ class Finder {
     for (std::size_t j = 0; j < now.result_ids.size(); ++j) {
       const int id = now.result_ids[j];
       const bool matched = std::binary_search(matched_results.begin(), matched_results.end(), id);
-      add_result(tracks_[index(id)], id, number, matched, sequence_.result_boxes[t][j]);
+      add_result(tracks_[id], id, number, matched, sequence_.result_boxes[t][j]);
     }
   }
 
-  void add_switch(const Match& match, const Person& person, int number, const mot::Tlwh& box) {
+  void add_switch(const ClearMatch& match, const Person& person, int number, const mot::Tlwh& box) {
     TrackingEvent event;
     event.kind = EventKind::id_switch;
     event.first_frame = event.last_frame = number;
-    event.gt_id = sequence_.gt_labels[index(match.gt_id)];
-    event.result_id = sequence_.result_labels[index(match.result_id)];
-    event.previous_result_id = sequence_.result_labels[index(match.previous_result_id)];
+    event.gt_id = sequence_.gt_labels[match.gt_id];
+    event.result_id = sequence_.result_labels[match.result_id];
+    event.previous_result_id = sequence_.result_labels[match.previous_result_id];
     event.boxes = number - person.last_match;
     event.after_absence = person.last_frame != number - 1;
     event.box = box;
@@ -105,7 +104,7 @@ class Finder {
   void miss(Person& person, int gt_id, int number, const mot::Tlwh& box) {
     if (person.miss.boxes == 0) {
       person.miss.kind = EventKind::long_miss;
-      person.miss.gt_id = sequence_.gt_labels[index(gt_id)];
+      person.miss.gt_id = sequence_.gt_labels[gt_id];
       person.miss.first_frame = number;
       person.miss.box = box;
     }
@@ -123,7 +122,7 @@ class Finder {
     TrackingEvent& event = track.event;
     if (event.track_boxes++ == 0) {
       event.kind = EventKind::false_track;
-      event.result_id = sequence_.result_labels[index(result_id)];
+      event.result_id = sequence_.result_labels[result_id];
       event.first_frame = number;
       event.box = box;
     }
@@ -153,13 +152,8 @@ std::string_view to_string(EventKind kind) {
 }
 
 void EventOptions::validate() const {
-  if (long_miss < 1) {
-    throw std::invalid_argument("long_miss is " + std::to_string(long_miss) + ", expected >= 1");
-  }
-  if (!(false_track_match >= 0 && false_track_match <= 1)) {
-    throw std::invalid_argument("false_track_match is " + std::to_string(false_track_match) +
-                                ", expected 0..1");
-  }
+  io::require(long_miss >= 1, "long_miss", long_miss, ">= 1");
+  io::require_in("false_track_match", false_track_match, 0, 1);
 }
 
 std::vector<TrackingEvent> find_events(const PreparedSequence& sequence,

@@ -18,19 +18,14 @@ struct IdCounts {
   std::vector<double> gt, result;
 
   explicit IdCounts(const SequenceSimilarities& sequence)
-      : gt(static_cast<std::size_t>(sequence.num_gt_ids), 0.0),
-        result(static_cast<std::size_t>(sequence.num_result_ids), 0.0) {
+      : gt(sequence.num_gt_ids, 0.0), result(sequence.num_result_ids, 0.0) {
     for (const auto& frame : sequence.frames) {
-      for (const int id : frame.gt_ids) gt[static_cast<std::size_t>(id)] += 1;
-      for (const int id : frame.result_ids) result[static_cast<std::size_t>(id)] += 1;
+      for (const int id : frame.gt_ids) gt[id] += 1;
+      for (const int id : frame.result_ids) result[id] += 1;
     }
   }
-  double gt_of(const PairTable::Ids& pair) const {
-    return gt[static_cast<std::size_t>(pair.gt_id)];
-  }
-  double result_of(const PairTable::Ids& pair) const {
-    return result[static_cast<std::size_t>(pair.result_id)];
-  }
+  double gt_of(const PairTable::Ids& pair) const { return gt[pair.gt_id]; }
+  double result_of(const PairTable::Ids& pair) const { return result[pair.result_id]; }
 };
 
 // How well each pair of ids agrees over the whole sequence: a soft Jaccard index, in which each
@@ -44,12 +39,11 @@ std::vector<double> global_alignment(const SequenceSimilarities& sequence, const
     of_gt.assign(frame.gt_ids.size(), 0.0);
     of_result.assign(frame.result_ids.size(), 0.0);
     for (const auto& overlap : frame.overlaps) {
-      of_gt[static_cast<std::size_t>(overlap.gt)] += overlap.similarity;
-      of_result[static_cast<std::size_t>(overlap.result)] += overlap.similarity;
+      of_gt[overlap.gt] += overlap.similarity;
+      of_result[overlap.result] += overlap.similarity;
     }
     for (const auto& overlap : frame.overlaps) {
-      const double all = of_gt[static_cast<std::size_t>(overlap.gt)] +
-                         of_result[static_cast<std::size_t>(overlap.result)] - overlap.similarity;
+      const double all = of_gt[overlap.gt] + of_result[overlap.result] - overlap.similarity;
       const std::size_t pair = table.of_overlap()[k++];
       if (all > kSimilaritySlack) shared[pair] += overlap.similarity / all;
     }
@@ -61,9 +55,14 @@ std::vector<double> global_alignment(const SequenceSimilarities& sequence, const
   return shared;
 }
 
+// From counts and from sums over the matched boxes to ratios.
 void take_ratios(HotaScores& s) {
   for (std::size_t a = 0; a < kNumAlphas; ++a) {
     const auto tp = static_cast<double>(s.hota_tp[a]);
+    s.assa[a] /= std::max(1.0, tp);
+    s.assre[a] /= std::max(1.0, tp);
+    s.asspr[a] /= std::max(1.0, tp);
+    s.loca[a] = std::max(kTiny, s.loca[a]) / std::max(kTiny, tp);
     const auto fn = static_cast<double>(s.hota_fn[a]);
     const auto fp = static_cast<double>(s.hota_fp[a]);
     s.detre[a] = tp / std::max(1.0, tp + fn);
@@ -96,7 +95,7 @@ void match_frames(const SequenceSimilarities& sequence, const PairTable& table,
     AlphaCounts tp{};
     for (std::size_t k = 0; k < frame.overlaps.size(); ++k) {
       const auto& overlap = frame.overlaps[k];
-      if (column_of[static_cast<std::size_t>(overlap.gt)] != overlap.result) continue;
+      if (column_of[overlap.gt] != overlap.result) continue;
       const std::size_t pair = table.of_overlap()[first_overlap + k];
       for (std::size_t a = 0; a < kNumAlphas; ++a) {
         if (overlap.similarity < alphas[a] - kSimilaritySlack) break;
@@ -151,13 +150,6 @@ HotaScores hota(const SequenceSimilarities& sequence) {
       s.asspr[a] += both * (both / std::max(1.0, in_result));
     }
   }
-  for (std::size_t a = 0; a < kNumAlphas; ++a) {
-    const auto tp = static_cast<double>(s.hota_tp[a]);
-    s.assa[a] /= std::max(1.0, tp);
-    s.assre[a] /= std::max(1.0, tp);
-    s.asspr[a] /= std::max(1.0, tp);
-    s.loca[a] = std::max(kTiny, s.loca[a]) / std::max(kTiny, tp);
-  }
   take_ratios(s);
   return s;
 }
@@ -175,13 +167,6 @@ HotaScores combine(std::span<const HotaScores> sequences) {
       sum.asspr[a] += s.asspr[a] * tp;
       sum.loca[a] += s.loca[a] * tp;
     }
-  }
-  for (std::size_t a = 0; a < kNumAlphas; ++a) {
-    const auto tp = static_cast<double>(sum.hota_tp[a]);
-    sum.assa[a] /= std::max(1.0, tp);
-    sum.assre[a] /= std::max(1.0, tp);
-    sum.asspr[a] /= std::max(1.0, tp);
-    sum.loca[a] = std::max(kTiny, sum.loca[a]) / std::max(kTiny, tp);
   }
   take_ratios(sum);
   return sum;

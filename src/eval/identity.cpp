@@ -41,7 +41,7 @@ IdentityScores identity(const SequenceSimilarities& sequence) {
       mot::maximum_weight_assignment(sequence.num_gt_ids, sequence.num_result_ids, edges);
   double shared = 0;
   for (const auto& edge : edges) {
-    if (result_of[static_cast<std::size_t>(edge.row)] == edge.column) shared += edge.weight;
+    if (result_of[edge.row] == edge.column) shared += edge.weight;
   }
   IdentityScores scores;
   scores.idtp = std::llround(shared);

@@ -21,8 +21,7 @@ class PairTable {
   explicit PairTable(const SequenceSimilarities& sequence) {
     for (const auto& frame : sequence.frames) {
       for (const auto& overlap : frame.overlaps) {
-        const Ids ids{frame.gt_ids[static_cast<std::size_t>(overlap.gt)],
-                      frame.result_ids[static_cast<std::size_t>(overlap.result)]};
+        const Ids ids{frame.gt_ids[overlap.gt], frame.result_ids[overlap.result]};
         const auto key = static_cast<std::uint64_t>(ids.gt_id) << 32U |
                          static_cast<std::uint64_t>(ids.result_id);
         const auto [entry, is_new] = numbers_.try_emplace(key, pairs_.size());

@@ -22,17 +22,14 @@ std::string where(const std::string& file, const Row& row) {
 template <typename Row>
 class ByFrame {
  public:
-  ByFrame(std::span<const Row> rows, int num_frames)
-      : rows_(rows), first_(static_cast<std::size_t>(num_frames) + 2, 0) {
+  ByFrame(std::span<const Row> rows, int num_frames) : rows_(rows), first_(num_frames + 2, 0) {
     for (const auto& row : rows) {
-      if (row.frame >= 1 && row.frame <= num_frames)
-        ++first_[static_cast<std::size_t>(row.frame) + 1];
+      if (row.frame >= 1 && row.frame <= num_frames) ++first_[row.frame + 1];
     }
     for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
   }
   std::span<const Row> operator[](int frame) const {
-    const auto i = static_cast<std::size_t>(frame);
-    return rows_.subspan(first_[i], first_[i + 1] - first_[i]);
+    return rows_.subspan(first_[frame], first_[frame + 1] - first_[frame]);
   }
 
  private:
@@ -108,7 +105,7 @@ std::vector<mot::Tlwh> boxes_of(std::span<const Row> rows) {
 
 // Step 1: which result boxes of a frame stay.
 std::vector<unsigned char> kept_results(std::span<const GroundTruthRow> gt, std::size_t num_results,
-                                        std::span<const Overlap> pairs, Benchmark benchmark,
+                                        std::span<const BoxPair> pairs, Benchmark benchmark,
                                         PreparedSequence& out) {
   std::vector<unsigned char> kept(num_results, 1);
   if (benchmark == Benchmark::mot15) return kept;
@@ -123,10 +120,10 @@ std::vector<unsigned char> kept_results(std::span<const GroundTruthRow> gt, std:
   for (std::size_t i = 0; i < gt.size(); ++i) {
     if (result_of[i] < 0 || counts(gt[i], benchmark)) continue;
     if (is_distractor(gt[i].category, benchmark)) {
-      kept[static_cast<std::size_t>(result_of[i])] = 0;
+      kept[result_of[i]] = 0;
       ++out.removed_results;
     } else {
-      ++out.results_on_uncounted[static_cast<std::size_t>(gt[i].category)];
+      ++out.results_on_uncounted[gt[i].category];
     }
   }
   return kept;
@@ -154,7 +151,7 @@ void prepare_frame(std::span<const GroundTruthRow> gt, std::span<const ResultRow
                    Benchmark benchmark, PreparedSequence& out) {
   const auto gt_boxes = boxes_of(gt);
   const auto result_boxes = boxes_of(results);
-  const auto pairs = overlaps(gt_boxes, result_boxes);
+  const auto pairs = overlapping_pairs(gt_boxes, result_boxes);
   const auto kept = kept_results(gt, results.size(), pairs, benchmark, out);
 
   constexpr int kGone = -1;
@@ -175,8 +172,8 @@ void prepare_frame(std::span<const GroundTruthRow> gt, std::span<const ResultRow
     frame_result_boxes.push_back(results[j].box);
   }
   for (const auto& pair : pairs) {
-    const int i = new_gt[static_cast<std::size_t>(pair.gt)];
-    const int j = new_result[static_cast<std::size_t>(pair.result)];
+    const int i = new_gt[pair.gt];
+    const int j = new_result[pair.result];
     if (i != kGone && j != kGone) frame.overlaps.push_back({i, j, pair.similarity});
   }
   out.similarities.frames.push_back(std::move(frame));

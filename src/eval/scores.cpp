@@ -15,7 +15,7 @@ std::vector<Part> collect(std::span<const Scores> sequences, Part Scores::*part)
 
 }  // namespace
 
-Scores score(const SequenceSimilarities& sequence, Compat compat, ClearMatches* matches) {
+Scores score_sequence(const SequenceSimilarities& sequence, Compat compat, ClearMatches* matches) {
   Scores scores;
   scores.clear = clear_mot(sequence, compat, matches);
   scores.identity = identity(sequence);

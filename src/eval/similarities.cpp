@@ -30,10 +30,11 @@ std::int64_t SequenceSimilarities::num_result_dets() const {
   return count;
 }
 
-std::vector<Overlap> overlaps(std::span<const mot::Tlwh> gt, std::span<const mot::Tlwh> results) {
+std::vector<BoxPair> overlapping_pairs(std::span<const mot::Tlwh> gt,
+                                       std::span<const mot::Tlwh> results) {
   const std::vector<Corners> gt_corners(gt.begin(), gt.end());
   const std::vector<Corners> result_corners(results.begin(), results.end());
-  std::vector<Overlap> found;
+  std::vector<BoxPair> found;
   for (std::size_t i = 0; i < gt_corners.size(); ++i) {
     const Corners& a = gt_corners[i];
     if (!(a.area > kSimilaritySlack)) continue;

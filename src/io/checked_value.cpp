@@ -5,7 +5,7 @@
 
 namespace sdmt::io {
 
-std::string printable(std::string_view text, std::size_t longest) {
+std::string printable(std::string_view text, std::size_t longest, std::string_view keep) {
   const bool cut = text.size() > longest;
   if (cut) {
     // Not within a character of several bytes: its tail begins with the bits 10.
@@ -18,7 +18,8 @@ std::string printable(std::string_view text, std::size_t longest) {
     // U+0080 to U+009F, a terminal's other control characters, are C2 80 to C2 9F in UTF-8.
     const bool c1 = byte == 0xC2 && i + 1 < text.size() && (text[i + 1] & 0xE0) == 0x80;
     if (c1) ++i;
-    line += byte < 0x20 || byte == 0x7F || c1 ? '?' : text[i];
+    const bool control = byte < 0x20 || byte == 0x7F || c1;
+    line += control && keep.find(text[i]) == std::string_view::npos ? '?' : text[i];
   }
   return cut ? line + "..." : line;
 }

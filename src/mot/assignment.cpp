@@ -27,9 +27,7 @@ struct Graph {
   std::vector<Arc> arcs;   // by row, then column
 
   std::span<const Arc> of(int row) const {
-    const auto begin = static_cast<std::size_t>(first[static_cast<std::size_t>(row)]);
-    const auto end = static_cast<std::size_t>(first[static_cast<std::size_t>(row) + 1]);
-    return std::span(arcs).subspan(begin, end - begin);
+    return std::span(arcs).subspan(first[row], first[row + 1] - first[row]);
   }
 };
 
@@ -39,7 +37,7 @@ std::string name(const AssignmentEdge& edge) {
 
 Graph make_graph(int rows, int columns, std::span<const AssignmentEdge> edges) {
   Graph graph;
-  graph.first.assign(static_cast<std::size_t>(rows) + 1, 0);
+  graph.first.assign(rows + 1, 0);
   for (const auto& edge : edges) {
     if (edge.row < 0 || edge.row >= rows || edge.column < 0 || edge.column >= columns) {
       throw std::invalid_argument(name(edge) + " lies outside " + std::to_string(rows) + " x " +
@@ -48,21 +46,20 @@ Graph make_graph(int rows, int columns, std::span<const AssignmentEdge> edges) {
     if (!std::isfinite(edge.weight)) {
       throw std::invalid_argument(name(edge) + " has a weight that is not finite");
     }
-    if (edge.weight > 0) ++graph.first[static_cast<std::size_t>(edge.row) + 1];
+    if (edge.weight > 0) ++graph.first[edge.row + 1];
   }
-  for (std::size_t row = 0; row < static_cast<std::size_t>(rows); ++row) {
+  for (int row = 0; row < rows; ++row) {
     graph.first[row + 1] += graph.first[row];
   }
-  graph.arcs.resize(static_cast<std::size_t>(graph.first.back()));
+  graph.arcs.resize(graph.first.back());
   std::vector<int> next(graph.first.begin(), graph.first.end() - 1);
   for (const auto& edge : edges) {
     if (!(edge.weight > 0)) continue;
-    const auto slot = static_cast<std::size_t>(next[static_cast<std::size_t>(edge.row)]++);
-    graph.arcs[slot] = {edge.column, -edge.weight};
+    graph.arcs[next[edge.row]++] = {edge.column, -edge.weight};
   }
   for (int row = 0; row < rows; ++row) {
-    const auto begin = graph.arcs.begin() + graph.first[static_cast<std::size_t>(row)];
-    const auto end = graph.arcs.begin() + graph.first[static_cast<std::size_t>(row) + 1];
+    const auto begin = graph.arcs.begin() + graph.first[row];
+    const auto end = graph.arcs.begin() + graph.first[row + 1];
     const auto by_column = [](const Arc& a, const Arc& b) { return a.column < b.column; };
     const auto same_column = [](const Arc& a, const Arc& b) { return a.column == b.column; };
     std::sort(begin, end, by_column);
@@ -79,13 +76,13 @@ class Solver {
  public:
   Solver(int rows, int columns, const Graph& graph)
       : graph_(graph),
-        row_price_(static_cast<std::size_t>(rows), 0.0),
-        column_price_(static_cast<std::size_t>(columns), 0.0),
-        column_of_(static_cast<std::size_t>(rows), kNone),
-        row_of_(static_cast<std::size_t>(columns), kNone),
-        distance_(static_cast<std::size_t>(columns), kInfinity),
-        reached_from_(static_cast<std::size_t>(columns), kNone),
-        done_(static_cast<std::size_t>(columns), 0) {}
+        row_price_(rows, 0.0),
+        column_price_(columns, 0.0),
+        column_of_(rows, kNone),
+        row_of_(columns, kNone),
+        distance_(columns, kInfinity),
+        reached_from_(columns, kNone),
+        done_(columns, 0) {}
 
   std::vector<int> solve() {
     for (int row = 0; row < static_cast<int>(column_of_.size()); ++row) add_row(row);
@@ -103,15 +100,15 @@ class Solver {
     while (!queue_.empty()) {
       const auto [distance, column] = queue_.top();
       queue_.pop();
-      if (done_[index(column)] || distance > distance_[index(column)]) continue;
+      if (done_[column] || distance > distance_[column]) continue;
       if (distance >= best) break;
-      const int owner = row_of_[index(column)];
+      const int owner = row_of_[column];
       if (owner == kNone) {
         free_column = column;
         best = distance;
         break;
       }
-      done_[index(column)] = 1;
+      done_[column] = 1;
       finished_.push_back(column);
       if (distance - row_price(owner) < best) {
         best = distance - row_price(owner);
@@ -126,50 +123,49 @@ class Solver {
 
   void relax(int row, double distance) {
     for (const Arc& arc : graph_.of(row)) {
-      const auto column = index(arc.column);
+      const int column = arc.column;
       const double candidate = distance + arc.cost - row_price(row) - column_price_[column];
       if (done_[column] || candidate >= distance_[column]) continue;
-      if (distance_[column] == kInfinity) touched_.push_back(arc.column);
+      if (distance_[column] == kInfinity) touched_.push_back(column);
       distance_[column] = candidate;
       reached_from_[column] = row;
-      queue_.emplace(candidate, arc.column);
+      queue_.emplace(candidate, column);
     }
   }
 
   void update_prices(int source, double best) {
-    row_price_[index(source)] += best;
+    row_price_[source] += best;
     for (const int column : finished_) {
-      const double change = best - distance_[index(column)];
+      const double change = best - distance_[column];
       if (change <= 0) continue;
-      row_price_[index(row_of_[index(column)])] += change;
-      column_price_[index(column)] -= change;
+      row_price_[row_of_[column]] += change;
+      column_price_[column] -= change;
     }
   }
 
   // Flips the path that ends in `free_column`, or in the row `alone` giving up its column.
   void augment(int source, int alone, int free_column) {
     int column = free_column;
-    if (column == kNone) column = std::exchange(column_of_[index(alone)], kNone);
+    if (column == kNone) column = std::exchange(column_of_[alone], kNone);
     while (column != kNone) {
-      const int row = reached_from_[index(column)];
-      row_of_[index(column)] = row;
-      column = std::exchange(column_of_[index(row)], column);
+      const int row = reached_from_[column];
+      row_of_[column] = row;
+      column = std::exchange(column_of_[row], column);
       if (row == source) break;
     }
   }
 
   void reset() {
     for (const int column : touched_) {
-      distance_[index(column)] = kInfinity;
-      done_[index(column)] = 0;
+      distance_[column] = kInfinity;
+      done_[column] = 0;
     }
     touched_.clear();
     finished_.clear();
     queue_ = {};
   }
 
-  static std::size_t index(int i) { return static_cast<std::size_t>(i); }
-  double row_price(int row) const { return row_price_[index(row)]; }
+  double row_price(int row) const { return row_price_[row]; }
 
   using Reached = std::pair<double, int>;  // distance, column: ties go to the lower column
 

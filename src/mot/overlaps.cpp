@@ -27,7 +27,7 @@ const std::vector<Overlap>& OverlapFinder::find(std::span<const Tlwh> a, std::sp
     auto edge = std::lower_bound(by_left_.begin(), by_left_.end(), left,
                                  [](const Edge& x, double value) { return x.left < value; });
     for (; edge != by_left_.end() && edge->left < right; ++edge) {
-      const double overlap = iou(a[i], b[static_cast<std::size_t>(edge->index)]);
+      const double overlap = iou(a[i], b[edge->index]);
       if (overlap > min_iou) found_.push_back({static_cast<int>(i), edge->index, overlap});
     }
     std::sort(found_.begin() + static_cast<std::ptrdiff_t>(first), found_.end(),
@@ -46,15 +46,13 @@ void suppress_overlaps(std::span<const Tlwh> boxes, std::span<const double> scor
   }
   std::vector<int> order(boxes.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int x, int y) {
-    return scores[static_cast<std::size_t>(x)] > scores[static_cast<std::size_t>(y)];
-  });
+  std::stable_sort(order.begin(), order.end(), [&](int x, int y) { return scores[x] > scores[y]; });
   for (const int best : order) {
-    if (!keep[static_cast<std::size_t>(best)]) continue;
+    if (!keep[best]) continue;
     auto pair = std::lower_bound(overlaps.begin(), overlaps.end(), best,
                                  [](const Overlap& x, int index) { return x.a < index; });
     for (; pair != overlaps.end() && pair->a == best; ++pair) {
-      if (pair->b != best) keep[static_cast<std::size_t>(pair->b)] = 0;
+      if (pair->b != best) keep[pair->b] = 0;
     }
   }
 }

@@ -245,12 +245,21 @@ void save_model(const std::filesystem::path& path, const Model& model, Storage s
 
 void rewrite_metadata(const std::filesystem::path& path, const ModelMetadata& metadata) {
   metadata.validate();
-  const io::Safetensors file(path);  // stays mapped while the new file takes its name
+  const io::Safetensors file(path);  // stays open while the new file takes its name
   io::SafetensorsWriter writer;
   for (const auto& [key, text] : file.metadata()) writer.set_metadata(key, text);
   writer.set_metadata(kModelMetadataKey, to_json(metadata));
   for (const io::SafetensorsEntry& entry : file.tensors()) {
-    writer.add_bytes(entry.name, entry.dtype, entry.shape, entry.bytes);
+    if (entry.dtype == io::DType::unknown) {
+      throw std::invalid_argument(path.string() + ": tensor " + entry.name + " has dtype " +
+                                  entry.dtype_text + ", which cannot be written again");
+    }
+    writer.add(entry.name, entry.dtype, entry.shape,
+               [&file, &entry](const io::SafetensorsWriter::Sink& sink) {
+                 std::vector<std::byte> bytes(entry.size);
+                 file.read_bytes(entry, bytes);
+                 sink(bytes);
+               });
   }
   writer.write(path);
 }

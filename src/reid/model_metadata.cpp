@@ -9,6 +9,9 @@
 #include <type_traits>
 #include <utility>
 
+#include "sdmt/io/checked_value.h"
+#include "sdmt/io/json_text.h"
+
 namespace sdmt::reid {
 
 namespace {
@@ -59,7 +62,7 @@ class Reader {
   }
 
   [[noreturn]] void fail(const char* key, const std::string& what) const {
-    throw std::invalid_argument(where_ + key + " " + what);
+    throw std::invalid_argument(where_ + key + " " + io::printable(what, 200));
   }
 
  private:
@@ -207,12 +210,8 @@ std::string to_json(const ModelMetadata& metadata) {
 }
 
 ModelMetadata parse_model_metadata(std::string_view text, const std::string& source) {
-  json object;
-  try {
-    object = json::parse(text);
-  } catch (const json::exception&) {
-    throw std::invalid_argument(source + ": metadata is not valid JSON");
-  }
+  io::check_json(text, source + ": metadata");
+  const json object = json::parse(text);
   const Reader reader(object, source + ": metadata ");
 
   ModelMetadata metadata;

@@ -52,7 +52,6 @@ FeatureCache::FeatureCache(TrainedNetwork& network, const Source& source,
     compute(network, source, progress, [this](std::span<const std::uint16_t> piece) {
       memory_.insert(memory_.end(), piece.begin(), piece.end());
     });
-    stored_ = std::as_bytes(std::span<const std::uint16_t>(memory_));
     return;
   }
   const std::vector<std::uint64_t> shape = {static_cast<std::uint64_t>(source.views), images_,
@@ -68,7 +67,7 @@ FeatureCache::FeatureCache(TrainedNetwork& network, const Source& source,
   }
   file_.emplace(path);
   require_same_configuration(path.string(), file_->metadata(), configuration);
-  stored_ = file_->at(kTensor, shape).bytes;
+  stored_ = &file_->at(kTensor, shape);
 }
 
 std::size_t FeatureCache::bytes(TrainedNetwork& network, const Source& source) {
@@ -79,12 +78,9 @@ std::size_t FeatureCache::bytes(TrainedNetwork& network, const Source& source) {
 void FeatureCache::read(View view, float* out) const {
   const std::size_t row =
       static_cast<std::size_t>(view.number) * images_ + static_cast<std::size_t>(view.image);
-  const std::byte* from = stored_.data() + row * values_ * sizeof(std::uint16_t);
-  for (std::size_t i = 0; i < values_; ++i) {
-    std::uint16_t half = 0;  // the mapped bytes need not be aligned
-    std::memcpy(&half, from + i * sizeof half, sizeof half);
-    out[i] = io::half_to_float(half);
-  }
+  if (file_) return file_->read_floats(*stored_, {out, values_}, row * values_);
+  std::transform(memory_.begin() + row * values_, memory_.begin() + (row + 1) * values_, out,
+                 io::half_to_float);
 }
 
 }  // namespace sdmt::train

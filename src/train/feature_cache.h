@@ -20,8 +20,8 @@ namespace sdmt::train {
 using CacheProgress = std::function<void(std::int64_t done, std::int64_t total)>;
 
 // Results of the frozen front for `views` views of every image, as float16 (half the memory; the
-// rounding is far below what one augmentation changes). Kept in memory, or in a file that is mapped
-// and can serve later runs.
+// rounding is far below what one augmentation changes). Kept in memory, or in a file that can
+// serve later runs.
 class FeatureCache {
  public:
   struct Source {
@@ -47,7 +47,7 @@ class FeatureCache {
   std::size_t images_;
   std::vector<std::uint16_t> memory_;
   std::optional<io::Safetensors> file_;
-  std::span<const std::byte> stored_;
+  const io::SafetensorsEntry* stored_ = nullptr;  // in file_
 };
 
 }  // namespace sdmt::train

@@ -71,7 +71,7 @@ TEST_P(TrackEvalFixtures, EveryFieldOfEverySequence) {
     const auto results = mot::read_results(result_file);
     const auto prepared = prepare_sequence(gt, results, result_file.string(), GetParam().benchmark,
                                            Compat::trackeval);
-    all.push_back(score(prepared.similarities, Compat::trackeval));
+    all.push_back(score_sequence(prepared.similarities, Compat::trackeval));
     // All fields of TrackEval, none of ours left out: per_alpha is one entry more.
     EXPECT_EQ(compare(all.back(), want, name), static_cast<int>(want.size()) - 1);
   }

@@ -60,7 +60,7 @@ TEST(Identity, EqualsTheBestOfAllAssignments) {
       random.shuffle(std::span(results));
       std::vector<IdPair> pairs;
       for (int person = 0; person < kIds; ++person) {
-        const int id = results[static_cast<std::size_t>(person)];
+        const int id = results[person];
         if (random.uniform() < 0.3) continue;
         pairs.push_back({person, id, 0.9});
         ++shared[person][id];
@@ -72,7 +72,7 @@ TEST(Identity, EqualsTheBestOfAllAssignments) {
     do {
       int total = 0;
       for (int person = 0; person < kIds; ++person) {
-        total += shared[person][order[static_cast<std::size_t>(person)]];
+        total += shared[person][order[person]];
       }
       best = std::max(best, total);
     } while (std::next_permutation(order.begin(), order.end()));

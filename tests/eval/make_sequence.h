@@ -24,7 +24,7 @@ inline FrameSimilarities make_frame(std::vector<int> gt_ids, std::vector<int> re
     frame.overlaps.push_back({position(frame.gt_ids, pair.gt_id),
                               position(frame.result_ids, pair.result_id), pair.similarity});
   }
-  std::sort(frame.overlaps.begin(), frame.overlaps.end(), [](const Overlap& a, const Overlap& b) {
+  std::sort(frame.overlaps.begin(), frame.overlaps.end(), [](const BoxPair& a, const BoxPair& b) {
     return a.gt != b.gt ? a.gt < b.gt : a.result < b.result;
   });
   return frame;

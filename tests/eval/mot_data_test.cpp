@@ -37,7 +37,7 @@ TEST_P(GoldenTud, DevkitScores) {
   const auto results = mot::read_results(folder / "test.txt");
   for (const auto compat : {Compat::trackeval, Compat::devkit}) {
     const auto prepared = prepare_sequence(gt, results, "test.txt", Benchmark::mot15, compat);
-    const auto scores = score(prepared.similarities, compat);
+    const auto scores = score_sequence(prepared.similarities, compat);
     EXPECT_DOUBLE_EQ(std::round(scores.identity.idf1 * 1000) / 10, GetParam().idf1);
     EXPECT_DOUBLE_EQ(std::round(scores.clear.mota * 1000) / 10, GetParam().mota);
     EXPECT_EQ(scores.clear.clr_fp, GetParam().fp);
@@ -67,7 +67,7 @@ TEST(Mot16, GroundTruthAsResultsIsPerfect) {
     const auto gt = read_sequence_ground_truth(folder);
     const auto prepared =
         prepare_sequence(gt, as_results(gt, true), "gt", Benchmark::mot16, Compat::trackeval);
-    all.push_back(score(prepared.similarities, Compat::trackeval));
+    all.push_back(score_sequence(prepared.similarities, Compat::trackeval));
   }
   const auto sum = combine(all, Compat::trackeval);
   EXPECT_EQ(sum.count.frames, 5316);
@@ -84,7 +84,7 @@ TEST(Mot16, AllRowsAsResultsAreNot) {
   const auto gt = read_sequence_ground_truth(folder);
   const auto prepared =
       prepare_sequence(gt, as_results(gt, false), "gt", Benchmark::mot16, Compat::trackeval);
-  EXPECT_LT(score(prepared.similarities, Compat::trackeval).clear.mota, 0.0);
+  EXPECT_LT(score_sequence(prepared.similarities, Compat::trackeval).clear.mota, 0.0);
   EXPECT_GT(prepared.results_on_uncounted[4], 0);   // bicycles
   EXPECT_GT(prepared.results_on_uncounted[11], 0);  // full occluders
 }

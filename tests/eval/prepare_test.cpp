@@ -163,7 +163,7 @@ TEST(Benchmark, Names) {
 TEST(Overlaps, HandComputed) {
   const std::vector<Tlwh> gt{{0, 0, 10, 10}, {0, 0, 0, 10}};
   const std::vector<Tlwh> results{{5, 0, 10, 10}, {20, 0, 10, 10}, {0, 0, 10, 10}, {10, 0, 5, 5}};
-  const auto found = overlaps(gt, results);
+  const auto found = overlapping_pairs(gt, results);
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0].result, 0);
   EXPECT_DOUBLE_EQ(found[0].similarity, 50.0 / 150.0);
@@ -173,7 +173,7 @@ TEST(Overlaps, HandComputed) {
 
 TEST(Overlaps, AbsurdBoxesOverlapNothing) {
   const std::vector<Tlwh> boxes{{0, 0, 1e300, 1e300}, {-1e308, 0, 1.7e308, 5}};
-  EXPECT_TRUE(overlaps(boxes, boxes).empty());
+  EXPECT_TRUE(overlapping_pairs(boxes, boxes).empty());
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t cou
   try {
     const auto prepared = eval::prepare_sequence(gt, results, "S.txt", eval::Benchmark::mot15,
                                                  eval::Compat::trackeval);
-    const auto scores = eval::score(prepared.similarities, eval::Compat::trackeval);
+    const auto scores = eval::score_sequence(prepared.similarities, eval::Compat::trackeval);
     fuzz::require(!ordinary || scores.clear.clr_fn == 0);
     fuzz::require(scores.clear.clr_tp + scores.clear.clr_fn == scores.count.gt_dets);
   } catch (const std::invalid_argument&) {

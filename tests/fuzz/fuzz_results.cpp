@@ -36,7 +36,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t cou
   const auto compat = devkit ? eval::Compat::devkit : eval::Compat::trackeval;
   try {
     const auto prepared = eval::prepare_sequence(gt, rows, "S.txt", eval::Benchmark::mot16, compat);
-    const auto scores = eval::score(prepared.similarities, compat);
+    const auto scores = eval::score_sequence(prepared.similarities, compat);
     fuzz::require(scores.clear.clr_tp + scores.clear.clr_fn == scores.count.gt_dets);
     fuzz::require(scores.identity.idtp + scores.identity.idfp == scores.count.dets);
   } catch (const std::invalid_argument&) {

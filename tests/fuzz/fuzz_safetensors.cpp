@@ -17,8 +17,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const io::Safetensors file(std::as_bytes(std::span(data, size)), "fuzz");
     std::size_t bytes = 0;
     for (const io::SafetensorsEntry& entry : file.tensors()) {
-      bytes += entry.bytes.size();
+      bytes += entry.size;
       if (file.find(entry.name) != &entry) std::abort();
+      if (entry.dtype == io::DType::unknown) continue;  // its shape may ask for any memory
       std::vector<float> values(entry.count());
       try {
         file.read_floats(entry, values);

@@ -38,6 +38,7 @@ TEST(CheckedValue, TextOfStrangersCannotReachTheTerminal) {
             "?1m \xC2\xA9 \xC3\xBC \xE4\xBA\xBA");
   EXPECT_EQ(printable("abc\xC3\xBC", 4), "abc...");
   EXPECT_EQ(printable("abcd", 4), "abcd");
+  EXPECT_EQ(printable("a\n\tb\x1b", 10, "\n\t"), "a\n\tb?");
   EXPECT_EQ(io::quoted("it\n"), "'it?'");
   EXPECT_EQ(io::quoted(std::string(5000, 'n')), "'" + std::string(100, 'n') + "...'");
 }

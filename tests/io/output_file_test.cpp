@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -57,10 +58,92 @@ TEST_F(OutputFileTest, KeepsTheOldFileWithoutCommit) {
 }
 
 TEST_F(OutputFileTest, TakesOverWhatAKilledWriterLeft) {
-  std::ofstream(folder_ / "a.txt.tmp") << "half of something long";
+  std::ofstream(folder_ / ".a.txt.sdmt-tmp") << "half of something long";
   write_text_file(folder_ / "a.txt", "new");
   EXPECT_EQ(read(folder_ / "a.txt"), "new");
   EXPECT_EQ(files(), 1U);
+}
+
+// Names of others beside ours, and what may lie at ours.
+
+TEST_F(OutputFileTest, LeavesFilesOfSimilarNamesAlone) {
+  std::ofstream(folder_ / "a.txt.tmp") << "mine";
+  std::ofstream(folder_ / ".a.txt.tmp") << "mine";
+  write_text_file(folder_ / "a.txt", "new");
+  EXPECT_EQ(read(folder_ / "a.txt.tmp"), "mine");
+  EXPECT_EQ(read(folder_ / ".a.txt.tmp"), "mine");
+}
+
+TEST_F(OutputFileTest, TheTemporaryNameCannotBeAimedAtAnotherFile) {
+  const fs::path victim = folder_ / "victim", temporary = folder_ / ".a.txt.sdmt-tmp";
+  std::ofstream(victim) << "precious";
+  const auto refused = [&] {
+    EXPECT_THAT([&] { write_text_file(folder_ / "a.txt", "new"); },
+                testing::ThrowsMessage<std::runtime_error>(testing::HasSubstr("remove it")));
+    EXPECT_FALSE(fs::exists(folder_ / "a.txt"));
+    fs::remove(temporary);
+  };
+  fs::create_symlink("victim", temporary);
+  refused();
+  fs::create_symlink("nowhere", temporary);
+  refused();
+  EXPECT_FALSE(fs::exists(folder_ / "nowhere"));
+  ASSERT_EQ(::mkfifo(temporary.c_str(), 0600), 0);
+  refused();  // and does not wait for a reader
+  fs::create_directory(temporary);
+  refused();
+  fs::create_hard_link(victim, temporary);
+  write_text_file(folder_ / "a.txt", "new");
+  EXPECT_EQ(read(folder_ / "a.txt"), "new");
+  EXPECT_EQ(read(victim), "precious");
+}
+
+TEST_F(OutputFileTest, ALinkStaysAndItsTargetIsReplaced) {
+  fs::create_directory(folder_ / "real");
+  write_text_file(folder_ / "real" / "t.txt", "old");
+  fs::create_symlink("real/t.txt", folder_ / "inner");
+  fs::create_symlink(folder_ / "inner", folder_ / "outer");
+  write_text_file(folder_ / "outer", "new");
+  EXPECT_EQ(read(folder_ / "real" / "t.txt"), "new");
+  EXPECT_TRUE(fs::is_symlink(folder_ / "outer"));
+  EXPECT_TRUE(fs::is_symlink(folder_ / "inner"));
+  fs::create_symlink("real/later.txt", folder_ / "dangling");
+  write_text_file(folder_ / "dangling", "first");
+  EXPECT_EQ(read(folder_ / "real" / "later.txt"), "first");
+  fs::create_symlink("circle", folder_ / "circle");
+  EXPECT_THROW(write_text_file(folder_ / "circle", "x"), std::runtime_error);
+  EXPECT_EQ(files(), 5U);
+}
+
+TEST_F(OutputFileTest, KeepsPermissions) {
+  const fs::path path = folder_ / "a.txt";
+  write_text_file(path, "old");
+  for (const auto mode : {fs::perms{0600}, fs::perms{0640}, fs::perms{0755}}) {
+    fs::permissions(path, mode);
+    write_text_file(path, "new");
+    EXPECT_EQ(fs::status(path).permissions(), mode);
+  }
+}
+
+TEST_F(OutputFileTest, TheTemporaryNameEndsAsAsked) {
+  TemporaryFile file(folder_ / "clip.mp4", ".mp4");
+  EXPECT_EQ(file.path(), folder_ / ".clip.mp4.sdmt-tmp.mp4");
+  std::ofstream(file.path()) << "video";  // by name, as libraries do
+  file.commit();
+  EXPECT_EQ(read(folder_ / "clip.mp4"), "video");
+  EXPECT_EQ(files(), 1U);
+}
+
+TEST_F(OutputFileTest, WritesMoreThanItsBuffer) {
+  std::string expected;
+  OutputFile file(folder_ / "a.txt");
+  for (int i = 0; i < 400; ++i) {
+    const std::string part(i * 11, static_cast<char>('a' + i % 26));
+    file.write(part);
+    expected += part;
+  }
+  file.commit();
+  EXPECT_EQ(read(folder_ / "a.txt"), expected);
 }
 
 TEST_F(OutputFileTest, HasOneWriterAtATime) {

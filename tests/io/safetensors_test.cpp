@@ -5,11 +5,13 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <numeric>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -131,8 +133,6 @@ TEST(Safetensors, RefusesHostileFilesInOneLine) {
   EXPECT_EQ(refusal("{\"w\":{}}"), "x.safetensors: tensor w has no dtype");
   EXPECT_EQ(refusal("{\"w\":{\"dtype\":3}}"),
             "x.safetensors: tensor w has a dtype that is not a text");
-  EXPECT_EQ(refusal("{" + tensor("w", "F8_E4M3", "[8]", "[0,8]") + "}", 8),
-            "x.safetensors: tensor w has unknown dtype F8_E4M3");
   EXPECT_EQ(refusal("{" + tensor("w", "F32", "3", "[0,8]") + "}", 8),
             "x.safetensors: tensor w has a shape that is not a list");
   EXPECT_EQ(refusal("{" + tensor("w", "F32", "[-2]", "[0,8]") + "}", 8),
@@ -169,7 +169,71 @@ TEST(Safetensors, RefusesHostileFilesInOneLine) {
   EXPECT_LT(refusal("{\"" + std::string(5000, 'n') + "\":3}").size(), 200U);
 }
 
-TEST(Safetensors, RefusesFilesThatCannotBeMapped) {
+TEST(Safetensors, RefusesWhatIsNestedTooDeep) {
+  const auto nested = [](int levels) {
+    return "{\"a\":{\"dtype\":\"F32\",\"shape\":[" + std::string(levels, '[') +
+           std::string(levels, ']') + "],\"data_offsets\":[0,4]}}";
+  };
+  EXPECT_EQ(refusal(nested(13), 4),
+            "x.safetensors: tensor a has [[[[[[[[[[[[[]]]]]]]]]]]]] in its shape, expected a whole "
+            "number >= 0");
+  for (const int levels : {14, 100'000, 1'000'000}) {
+    EXPECT_EQ(refusal(nested(levels), 4),
+              "x.safetensors: header is nested more than 16 levels deep");
+  }
+  EXPECT_EQ(
+      refusal("{\"__metadata__\":" + std::string(50'000, '[') + std::string(50'000, ']') + "}"),
+      "x.safetensors: header is nested more than 16 levels deep");
+}
+
+TEST(Safetensors, ATypeThatIsUnknownMattersToItsReadersOnly) {
+  const auto bytes = file_of("{" + tensor("odd", "F8_\\u001b", "[8]", "[0,8]") + "," +
+                                 tensor("w", "U8", "[2]", "[8,10]") + "}",
+                             10);
+  const Safetensors file(bytes, "x");
+  EXPECT_EQ(file.at("odd").size, 8U);
+  EXPECT_EQ(file.at("odd").count(), 8U);
+  std::vector<float> values(8);
+  EXPECT_THAT([&] { file.read_floats(file.at("odd"), values); },
+              testing::ThrowsMessage<std::invalid_argument>(
+                  "x: tensor odd has dtype F8_?, expected F32, F16, BF16, F64 or I8"));
+  // Its bytes are part of the file all the same.
+  EXPECT_EQ(refusal("{" + tensor("odd", "F4", "[8]", "[0,4]") + "}", 5),
+            "x.safetensors: holds 5 bytes of data, but its tensors end at 4");
+}
+
+TEST(Safetensors, SaysWhatAFileOfAnotherKindIs) {
+  const auto kind = [](std::string text) {
+    text.resize(std::max<std::size_t>(text.size(), 200), ' ');
+    const auto bytes = std::as_bytes(std::span(text));
+    return refusal(std::vector<std::byte>(bytes.begin(), bytes.end()));
+  };
+  const std::string expected = "x.safetensors: expected a safetensors file, this is ";
+  EXPECT_EQ(kind("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n"),
+            expected + "a Git LFS pointer, not the file itself; fetch that with git lfs pull");
+  EXPECT_THAT(kind("PK\x03\x04\x14"), HasSubstr(expected + "a zip archive"));
+  EXPECT_THAT(kind("\x89HDF\r\n\x1a\n"), HasSubstr(expected + "an HDF5 file"));
+  EXPECT_THAT(kind("\x80\x02\x8a\x0al\xfc\x9c\x46\xf9 "), HasSubstr(expected + "a Python pickle"));
+  EXPECT_THAT(kind("<!DOCTYPE html><html>"), HasSubstr(expected + "an HTML or XML page"));
+  EXPECT_THAT(kind("{\"metadata\": {\"total_size\": 1}}"), HasSubstr(expected + "JSON text"));
+  EXPECT_THAT(kind("neither"), HasSubstr("not a safetensors file?"));
+}
+
+TEST(Safetensors, AFileThatIsCutShortMeanwhileIsAnError) {
+  const fs::path path = temporary("cut.safetensors");
+  const std::vector<float> values(100'000, 1.0F);
+  SafetensorsWriter writer;
+  writer.add("w", {values.size()}, values);
+  writer.write(path);
+  const Safetensors file(path);
+  fs::resize_file(path, 1000);
+  std::vector<float> read(values.size());
+  EXPECT_THAT([&] { file.read_floats(file.at("w"), read); },
+              testing::ThrowsMessage<std::runtime_error>(
+                  path.string() + ": cannot be read: it ends at byte 1000; was it cut short?"));
+}
+
+TEST(Safetensors, RefusesFilesThatCannotBeRead) {
   const auto message = [](const fs::path& path) -> std::string {
     try {
       const Safetensors file(path);

@@ -22,7 +22,7 @@ double best_by_enumeration(int rows, const std::vector<std::vector<double>>& wei
   if (row == rows) return 0;
   double best = best_by_enumeration(rows, weight, row + 1, taken);
   for (std::size_t column = 0; column < taken.size(); ++column) {
-    const double w = weight[static_cast<std::size_t>(row)][column];
+    const double w = weight[row][column];
     if (taken[column] || w <= 0) continue;
     taken[column] = true;
     best = std::max(best, w + best_by_enumeration(rows, weight, row + 1, taken));
@@ -37,13 +37,13 @@ TEST(MaximumWeightAssignment, EqualsEnumerationOnRandomGraphs) {
     const int rows = static_cast<int>(random.below(6));
     const int columns = static_cast<int>(random.below(7));
     const bool coarse = random.uniform() < 0.5;  // many ties
-    std::vector<std::vector<double>> weight(static_cast<std::size_t>(rows));
+    std::vector<std::vector<double>> weight(rows);
     Edges edges;
     for (int i = 0; i < rows; ++i) {
       for (int j = 0; j < columns; ++j) {
         double w = random.uniform() < 0.6 ? random.uniform() * 2 - 0.3 : 0.0;
         if (coarse) w = static_cast<double>(static_cast<int>(w * 3));
-        weight[static_cast<std::size_t>(i)].push_back(w);
+        weight[i].push_back(w);
         if (w != 0) edges.push_back({i, j, w});
       }
     }
@@ -52,14 +52,14 @@ TEST(MaximumWeightAssignment, EqualsEnumerationOnRandomGraphs) {
     double total = 0;
     std::set<int> used;
     for (int i = 0; i < rows; ++i) {
-      const int column = assigned[static_cast<std::size_t>(i)];
+      const int column = assigned[i];
       if (column < 0) continue;
-      const double w = weight[static_cast<std::size_t>(i)][static_cast<std::size_t>(column)];
+      const double w = weight[i][column];
       EXPECT_GT(w, 0);
       EXPECT_TRUE(used.insert(column).second);
       total += w;
     }
-    std::vector<bool> taken(static_cast<std::size_t>(columns), false);
+    std::vector<bool> taken(columns, false);
     ASSERT_NEAR(total, best_by_enumeration(rows, weight, 0, taken), 1e-12);
 
     std::reverse(edges.begin(), edges.end());

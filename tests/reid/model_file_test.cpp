@@ -211,7 +211,11 @@ TEST(ModelFile, CheckpointsCanBeReadAsModels) {
 }
 
 // Writes a model file whose tensors were changed by `change`, and returns why it is refused.
-std::string refusal(const std::function<void(io::SafetensorsEntry&)>& change,
+struct EditedEntry : io::SafetensorsEntry {
+  std::vector<std::byte> content;
+  std::span<const std::byte> bytes;
+};
+std::string refusal(const std::function<void(EditedEntry&)>& change,
                     Storage storage = Storage::float32) {
   const fs::path good = temporary("good");
   const fs::path bad = temporary("bad");
@@ -220,7 +224,12 @@ std::string refusal(const std::function<void(io::SafetensorsEntry&)>& change,
     const io::Safetensors file(good);
     io::SafetensorsWriter writer;
     for (const auto& [key, text] : file.metadata()) writer.set_metadata(key, text);
-    for (io::SafetensorsEntry entry : file.tensors()) {
+    std::vector<EditedEntry> entries;
+    for (const io::SafetensorsEntry& stored : file.tensors()) {
+      EditedEntry& entry = entries.emplace_back(EditedEntry{stored, {}, {}});
+      entry.content.resize(stored.size);
+      file.read_bytes(stored, entry.content);
+      entry.bytes = entry.content;
       change(entry);
       if (!entry.name.empty()) writer.add_bytes(entry.name, entry.dtype, entry.shape, entry.bytes);
     }

@@ -27,7 +27,7 @@ eval::Scores evaluate(const fs::path& folder, const std::vector<mot::ResultRow>&
   const auto gt = eval::read_sequence_ground_truth(folder);
   const auto prepared =
       eval::prepare_sequence(gt, rows, "results", benchmark, eval::Compat::trackeval);
-  return eval::score(prepared.similarities, eval::Compat::trackeval);
+  return eval::score_sequence(prepared.similarities, eval::Compat::trackeval);
 }
 
 eval::Scores run_tracker(const fs::path& folder, const std::string& detections,

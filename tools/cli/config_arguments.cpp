@@ -5,12 +5,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string_view>
 
 #include "cli/shipped_files.h"
+#include "sdmt/io/delimited_text.h"
+#include "sdmt/io/json_text.h"
 
 namespace sdmt::tools {
 
@@ -50,16 +51,12 @@ std::vector<std::string> config_files(const std::vector<std::string>& arguments)
 }
 
 json read_object(const std::string& file) {
-  std::ifstream stream(file);
-  if (!stream) throw std::invalid_argument(file + ": cannot be read");
-  json object;
-  try {
-    object = json::parse(stream);
-  } catch (const json::exception& error) {
-    throw std::invalid_argument(fmt::format("{}: not valid JSON: {}", file, error.what()));
-  }
-  if (!object.is_object())
+  const std::string text = io::read_text(file);
+  io::check_json(text, file + ":");
+  json object = json::parse(text);
+  if (!object.is_object()) {
     throw std::invalid_argument(file + ": expected a JSON object of options");
+  }
   return object;
 }
 

@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <string>
 #include <string_view>
 #include <utility>
+
+#include "sdmt/io/checked_value.h"
 
 namespace sdmt::tools {
 
@@ -14,9 +17,11 @@ namespace sdmt::tools {
 /// take.
 void write_console(std::FILE* stream, std::string_view text);
 
+/// Formats and writes; whatever file a text came from, it cannot command the terminal.
 template <typename... Args>
 void say(std::FILE* stream, fmt::format_string<Args...> text, Args&&... args) {
-  write_console(stream, fmt::format(text, std::forward<Args>(args)...));
+  const std::string said = fmt::format(text, std::forward<Args>(args)...);
+  write_console(stream, io::printable(said, said.size(), "\n\r\t"));
 }
 
 /// Writes what is still buffered; 0, or the errno with which standard output failed, now or before.

@@ -12,6 +12,7 @@
 #include "cli/output_paths.h"
 #include "cli/text_table.h"
 #include "report/network_summary.h"
+#include "sdmt/io/checked_value.h"
 #include "sdmt/reid/model_file.h"
 
 namespace sdmt::tools {
@@ -53,9 +54,9 @@ ordered_json describe(const io::Safetensors& file, reid::Model* model) {
   auto& tensors = result["tensors"] = ordered_json::array();
   for (const io::SafetensorsEntry& entry : file.tensors()) {
     tensors.push_back({{"name", entry.name},
-                       {"dtype", io::dtype_name(entry.dtype)},
+                       {"dtype", entry.dtype_text},
                        {"shape", entry.shape},
-                       {"bytes", entry.bytes.size()}});
+                       {"bytes", entry.size}});
   }
   return result;
 }
@@ -123,8 +124,8 @@ void run(const InspectOptions& options) {
   }
   TextTable table({"tensor", "dtype", "shape", "bytes"}, {1, 2});
   for (const io::SafetensorsEntry& entry : file.tensors()) {
-    table.add_row({entry.name, std::string(io::dtype_name(entry.dtype)), entry.shape_str(),
-                   fmt::format("{}", entry.bytes.size())});
+    table.add_row({io::printable(entry.name), io::printable(entry.dtype_text), entry.shape_str(),
+                   fmt::format("{}", entry.size)});
   }
   say(stdout, "{}", table.str());
   write_json_file(options.json, describe(file, model ? &*model : nullptr));

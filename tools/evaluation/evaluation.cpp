@@ -111,7 +111,7 @@ SequenceEvaluation evaluate_sequence(const std::filesystem::path& folder,
   SequenceEvaluation out;
   out.folder = folder;
   out.prepared = eval::prepare_sequence(gt, results, result_name, benchmark, compat);
-  out.scores = eval::score(out.prepared.similarities, compat, &out.matches);
+  out.scores = eval::score_sequence(out.prepared.similarities, compat, &out.matches);
   const bool devkit = compat == eval::Compat::devkit;
   const auto other = devkit ? eval::Compat::trackeval : eval::Compat::devkit;
   const auto other_idsw = eval::clear_mot(out.prepared.similarities, other).idsw;

@@ -65,9 +65,9 @@ void draw_frame(cv::Mat& image, const SequenceEvaluation& sequence, int frame,
     draw_label(image, top_left(box), std::to_string(id), kResult);
   }
   for (std::size_t i = 0; i < now.gt_ids.size(); ++i) {
-    const bool found = std::any_of(matches.begin(), matches.end(), [&](const eval::Match& match) {
-      return match.gt_id == now.gt_ids[i];
-    });
+    const bool found =
+        std::any_of(matches.begin(), matches.end(),
+                    [&](const eval::ClearMatch& match) { return match.gt_id == now.gt_ids[i]; });
     draw_box(image, sequence.prepared.gt_boxes[t][i], found ? kFound : kMissed, 1);
   }
   for (const auto& event : events) {

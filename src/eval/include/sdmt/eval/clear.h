@@ -31,7 +31,7 @@ struct ClearScores {
 };
 
 /// A ground-truth box and a result box held to be the same person in one frame.
-struct Match {
+struct ClearMatch {
   int gt_id = 0;
   int result_id = 0;
   double similarity = 0;
@@ -40,7 +40,7 @@ struct Match {
 };
 
 /// The matches behind the counts, frame by frame.
-using ClearMatches = std::vector<std::vector<Match>>;
+using ClearMatches = std::vector<std::vector<ClearMatch>>;
 
 /// Scores one sequence. `matches`, if given, receives the matches of every frame, by gt position.
 ///

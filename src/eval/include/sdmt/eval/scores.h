@@ -29,7 +29,8 @@ struct Scores {
 };
 
 /// Scores one sequence; `matches` as in clear_mot().
-Scores score(const SequenceSimilarities& sequence, Compat compat, ClearMatches* matches = nullptr);
+Scores score_sequence(const SequenceSimilarities& sequence, Compat compat,
+                      ClearMatches* matches = nullptr);
 
 /// Scores of several sequences taken as one benchmark.
 Scores combine(std::span<const Scores> sequences, Compat compat);

@@ -10,7 +10,7 @@
 namespace sdmt::eval {
 
 /// Two boxes of one frame that overlap.
-struct Overlap {
+struct BoxPair {
   int gt = 0;             ///< position in the frame's gt_ids
   int result = 0;         ///< position in the frame's result_ids
   double similarity = 0;  ///< intersection over union, in (0, 1]
@@ -20,7 +20,7 @@ struct Overlap {
 struct FrameSimilarities {
   std::vector<int> gt_ids;      ///< in [0, num_gt_ids), each at most once
   std::vector<int> result_ids;  ///< in [0, num_result_ids), each at most once
-  std::vector<Overlap>
+  std::vector<BoxPair>
       overlaps;  ///< by gt, then result; a pair that is not listed has similarity 0
 };
 
@@ -39,7 +39,8 @@ struct SequenceSimilarities {
 /// Computed over corners (right = left + width) as TrackEval does, so that a pair at a threshold
 /// rounds to the same side; mot::iou differs from it in the last digits. Boxes without extent
 /// overlap nothing.
-std::vector<Overlap> overlaps(std::span<const mot::Tlwh> gt, std::span<const mot::Tlwh> results);
+std::vector<BoxPair> overlapping_pairs(std::span<const mot::Tlwh> gt,
+                                       std::span<const mot::Tlwh> results);
 
 /// A similarity s counts as reaching `threshold` when s >= threshold - kSimilaritySlack: machine
 /// epsilon, TrackEval's allowance for rounding in CLEAR and HOTA (Identity makes none).

@@ -27,9 +27,10 @@ std::optional<Number> parse_number(std::string_view text) {
   return value;
 }
 
-/// Text of a stranger, fit for one line of a terminal: control characters become '?', and all but
-/// the first `longest` bytes "...".
-std::string printable(std::string_view text, std::size_t longest = 4000);
+/// Text of a stranger, fit for one line of a terminal: control characters, but for those in `keep`,
+/// become '?', and all but the first `longest` bytes "...".
+std::string printable(std::string_view text, std::size_t longest = 4000,
+                      std::string_view keep = {});
 /// printable() between single quotes, at most 100 bytes of it.
 std::string quoted(std::string_view text);
 

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdio>
+#include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "sdmt/io/temporary_file.h"
+
 namespace sdmt::io {
 
-/// A file that appears whole or not at all: bytes go to `path`.tmp, which commit() flushes to the
-/// disk and renames to `path`. Destruction without commit() removes it and leaves an older file of
-/// that name as it was; what a killed program left of it, the next writer takes over. A path that
-/// exists and is not a regular file (a device, a pipe) is written directly.
+/// A file that appears whole or not at all: bytes go to a TemporaryFile, which commit() flushes to
+/// the disk and renames. Destruction without commit() leaves an older file of that name as it was.
+/// A path that exists and is not a regular file (a device, a pipe) is written directly.
 class OutputFile {
  public:
-  /// Throws std::invalid_argument when the folder does not exist, std::runtime_error when the
-  /// temporary file cannot be made or another OutputFile, of any program, is writing `path`. Both
-  /// name the path.
+  /// Throws as TemporaryFile does.
   explicit OutputFile(std::filesystem::path path);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
@@ -30,11 +30,14 @@ class OutputFile {
   void commit();
 
  private:
+  int descriptor() const { return temporary_ ? temporary_->descriptor() : direct_; }
+  void flush();
   [[noreturn]] void fail(const char* what) const;
 
   std::filesystem::path path_;
-  std::filesystem::path temporary_;  // empty when path_ is written directly
-  std::FILE* file_ = nullptr;
+  std::optional<TemporaryFile> temporary_;  // none when path_ is written directly
+  int direct_ = -1;
+  std::string buffer_;
 };
 
 /// Writes `text` as the whole of the file `path`. Throws as OutputFile.

@@ -15,30 +15,33 @@
 namespace sdmt::io {
 
 /// Element types of the safetensors format that are recognised in a file.
-enum class DType { boolean, u8, i8, u16, i16, f16, bf16, u32, i32, f32, u64, i64, f64 };
+enum class DType { boolean, u8, i8, u16, i16, f16, bf16, u32, i32, f32, u64, i64, f64, unknown };
 
 std::string_view dtype_name(DType dtype);  ///< as the format spells it: "F32", "I8", ...
-std::size_t dtype_size(DType dtype);       ///< bytes
+std::size_t dtype_size(DType dtype);       ///< bytes; throws std::out_of_range for unknown
 
-/// One tensor of a file: its values lie in `bytes`, little-endian, last dimension fastest. `bytes`
-/// points into the mapped file and need not be aligned.
+/// One tensor of a file: its values are little-endian, last dimension fastest.
 struct SafetensorsEntry {
   std::string name;
-  DType dtype = DType::f32;
+  DType dtype = DType::f32;          ///< unknown: may be listed and copied, not read as numbers
+  std::string dtype_text;            ///< as the file spells it
   std::vector<std::uint64_t> shape;  ///< empty for a scalar
-  std::span<const std::byte> bytes;
+  std::uint64_t offset = 0;          ///< of its first byte, from that of all tensors' data
+  std::uint64_t size = 0;            ///< bytes
 
-  std::uint64_t count() const { return bytes.size() / dtype_size(dtype); }
+  std::uint64_t count() const;    ///< values
   std::string shape_str() const;  ///< "[64,3,3,3]"
 };
 
-/// A safetensors file (https://github.com/huggingface/safetensors), mapped into memory and checked
-/// completely before anything is handed out: header length, JSON, types, shapes, duplicates, and
-/// that the tensors cover the data without overlap, hole or end outside. Whatever is wrong throws
-/// std::invalid_argument with one line: file, tensor, what was found, what was expected.
+/// A safetensors file (https://github.com/huggingface/safetensors), whose header is checked
+/// completely before anything is handed out: length, JSON, shapes, duplicates, and that the tensors
+/// cover the data without overlap, hole or end outside. Whatever is wrong throws
+/// std::invalid_argument with one line: file, tensor, what was found, what was expected (for a file
+/// of another kind, what it is); a file that cannot be read, or is cut short meanwhile,
+/// std::runtime_error. May be read by several threads at a time.
 class Safetensors {
  public:
-  /// Maps the file; no tensor is copied or even read.
+  /// Opens the file and reads its header; tensors are read when they are asked for.
   explicit Safetensors(const std::filesystem::path& path);
   /// Reads from memory of the caller, which must outlive this object; `name` is for messages.
   Safetensors(std::span<const std::byte> file, std::string name);
@@ -60,6 +63,10 @@ class Safetensors {
   /// As at(); throws also when the shape differs from `shape`.
   const SafetensorsEntry& at(std::string_view tensor, std::span<const std::uint64_t> shape) const;
 
+  /// out.size() bytes of a tensor of any type, from byte `first` on. Throws std::invalid_argument
+  /// for bytes outside the tensor.
+  void read_bytes(const SafetensorsEntry& entry, std::span<std::byte> out,
+                  std::uint64_t first = 0) const;
   /// out.size() values of an F32, F16, BF16, F64 (rounded) or I8 tensor as float32, from value
   /// `first` on. Throws std::invalid_argument for another type or values outside the tensor.
   void read_floats(const SafetensorsEntry& entry, std::span<float> out,
@@ -68,11 +75,12 @@ class Safetensors {
   std::vector<std::uint64_t> read_integers(std::string_view tensor) const;
 
  private:
-  class Mapping;
-  void parse(std::span<const std::byte> file);
+  class Source;
+  void parse();
 
   std::string name_;
-  std::unique_ptr<Mapping> mapping_;
+  std::unique_ptr<Source> source_;
+  std::uint64_t data_ = 0;  // where the tensors' data begin
   std::map<std::string, std::string> metadata_;
   std::vector<SafetensorsEntry> tensors_;
   std::map<std::string, std::size_t, std::less<>> index_;
