@@ -137,7 +137,7 @@ int run(int argc, char** argv) {
   const std::vector<std::string> typed(argv + 1, argv + argc);
   const auto report = [&](std::string message, int code) {
     std::replace(message.begin(), message.end(), '\n', ' ');  // one line, whatever a path holds
-    say(stderr, "{}: {}\n", command_name(app, typed), io::printable(message));
+    say(stderr, "{}: {}\n", command_name(app, typed), sdmt::io::printable(message));
     return code;
   };
   const bool unknown =
