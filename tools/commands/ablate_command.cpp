@@ -13,6 +13,7 @@
 #include "cli/output_paths.h"
 #include "cli/progress.h"
 #include "cli/tracker_arguments.h"
+#include "evaluation/scoring_arguments.h"
 #include "sdmt/io/output_file.h"
 
 namespace sdmt::tools {
@@ -27,10 +28,7 @@ struct AblateOptions {
   std::string detections = "det.txt";
   std::string calibration = "none";
   std::string model;
-  std::string benchmark;
-  std::string compat = "trackeval";
-  std::string json;
-  std::string report;
+  ScoringArguments scoring;
 };
 
 void warn(const std::string& text) { say(stderr, "sdmt ablate: warning: {}\n", text); }
@@ -61,7 +59,7 @@ std::vector<AblationSequence> load_sequences(const AblateOptions& options) {
 // Ground truth with classes follows MOT16's rules, without MOT15's.
 eval::Benchmark choose_benchmark(const AblateOptions& options,
                                  const std::vector<AblationSequence>& inputs) {
-  if (!options.benchmark.empty()) return eval::parse_benchmark(options.benchmark);
+  if (!options.scoring.benchmark.empty()) return eval::parse_benchmark(options.scoring.benchmark);
   const bool has_classes = std::any_of(inputs.begin(), inputs.end(), [](const auto& input) {
     return !input.gt.rows.empty() && input.gt.rows.front().category > 0;
   });
@@ -106,10 +104,10 @@ std::unique_ptr<track::AppearanceModel> load_network(const AblateOptions& option
 
 void run(const AblateOptions& options) {
   check_outputs({{"--model", options.model}},
-                {{"--json", options.json}, {"--report", options.report}});
+                {{"--json", options.scoring.json}, {"--report", options.scoring.report}});
   const auto variants = choose_variants(options);
   AblationRun run;
-  run.compat = eval::parse_compat(options.compat);
+  run.compat = eval::parse_compat(options.scoring.compat);
   run.detections = options.detections;
   const auto inputs = load_sequences(options);
   run.benchmark = choose_benchmark(options, inputs);
@@ -123,9 +121,10 @@ void run(const AblateOptions& options) {
   }
   say(stdout, "{} sequence{}, {} frames, {}, {} rules, counted as {}\n{}", inputs.size(),
       inputs.size() == 1 ? "" : "s", total, run.detections, eval::to_string(run.benchmark),
-      run.compat == eval::Compat::devkit ? "the MATLAB devkit" : "TrackEval", to_text(run));
-  write_json_file(options.json, to_json(run));
-  if (!options.report.empty()) io::write_text_file(options.report, ablation_html(run));
+      counted_as(run.compat), to_text(run));
+  write_json_file(options.scoring.json, to_json(run));
+  if (!options.scoring.report.empty())
+    io::write_text_file(options.scoring.report, ablation_html(run));
 }
 
 }  // namespace
@@ -155,20 +154,8 @@ void add_ablate_command(CLI::App& app) {
       ->type_name("NAME");
   command->add_option("--model", options->model, "Embedding network [the shipped one]")
       ->type_name("FILE");
-  command
-      ->add_option("--benchmark", options->benchmark,
-                   "Whose rules apply [MOT16 where the ground truth has classes, else MOT15]")
-      ->type_name("MOT15|MOT16|MOT17|MOT20");
-  command
-      ->add_option("--compat", options->compat,
-                   "Count as TrackEval, or as the devkit of papers up to 2020")
-      ->capture_default_str()
-      ->type_name("trackeval|devkit");
-  command->add_option("--json", options->json, "Write all rows here")->type_name("FILE");
-  command
-      ->add_option("--report", options->report,
-                   "Write a self-contained HTML page with tables, plots and the tracks over time")
-      ->type_name("FILE");
+  add_scoring_arguments(*command, options->scoring,
+                        "Whose rules apply [MOT16 where the ground truth has classes, else MOT15]");
   command->callback([options] { run(*options); });
 }
 

@@ -12,6 +12,7 @@
 #include "cli/json_file.h"
 #include "cli/output_paths.h"
 #include "evaluation/evaluation.h"
+#include "evaluation/scoring_arguments.h"
 #include "report/evaluation_report.h"
 #include "report/event_report.h"
 #include "sdmt/io/output_file.h"
@@ -26,15 +27,12 @@ struct EvaluateOptions {
   std::vector<std::string> gt;
   std::vector<std::string> results;
   std::vector<std::string> sequences;
-  std::string benchmark = "MOT16";
-  std::string compat = "trackeval";
+  ScoringArguments scoring{.benchmark = "MOT16"};
   bool allow_missing = false;
-  std::string json;
   std::string csv;
   bool explain = false;
   eval::EventOptions events;
   std::string render;
-  std::string report;
 };
 
 // Sequence folders by name; two of one name could not be told apart in a folder of results.
@@ -85,8 +83,8 @@ fs::path find_results(const EvaluateOptions& options, const std::string& name,
 
 Evaluation evaluate(const EvaluateOptions& options) {
   Evaluation evaluation;
-  evaluation.benchmark = eval::parse_benchmark(options.benchmark);
-  evaluation.compat = eval::parse_compat(options.compat);
+  evaluation.benchmark = eval::parse_benchmark(options.scoring.benchmark);
+  evaluation.compat = eval::parse_compat(options.scoring.compat);
   const auto early = evaluation.compat == eval::Compat::devkit ? mot::RowsBeforeFrame1::drop
                                                                : mot::RowsBeforeFrame1::refuse;
   for (const auto& path : options.results) {
@@ -137,13 +135,13 @@ void run(const EvaluateOptions& options) {
   options.events.validate();
   std::vector<NamedPath> inputs;
   for (const auto& path : options.results) inputs.push_back({"--results", path});
-  check_outputs(inputs,
-                {{"--json", options.json}, {"--csv", options.csv}, {"--report", options.report}});
+  check_outputs(inputs, {{"--json", options.scoring.json},
+                         {"--csv", options.csv},
+                         {"--report", options.scoring.report}});
   if (!options.render.empty()) make_folder(options.render);
   const auto evaluation = evaluate(options);
   say(stdout, "{}, counted as {}\n{}", eval::to_string(evaluation.benchmark),
-      evaluation.compat == eval::Compat::devkit ? "the MATLAB devkit" : "TrackEval",
-      to_text(evaluation));
+      counted_as(evaluation.compat), to_text(evaluation));
   auto json = to_json(evaluation);
   if (options.explain || !options.render.empty()) {
     const auto events = explain(evaluation, options.events);
@@ -155,10 +153,10 @@ void run(const EvaluateOptions& options) {
       say(stdout, "{} frames drawn in {}\n", draw_events(events, options.render), options.render);
     }
   }
-  write_json_file(options.json, json);
-  if (!options.report.empty()) {
+  write_json_file(options.scoring.json, json);
+  if (!options.scoring.report.empty()) {
     const auto what = fmt::format("{}", fmt::join(options.results, ", "));
-    io::write_text_file(options.report, evaluation_html(evaluation, what, options.events));
+    io::write_text_file(options.scoring.report, evaluation_html(evaluation, what, options.events));
   }
   if (!options.csv.empty()) io::write_text_file(options.csv, to_csv(evaluation));
 }
@@ -180,17 +178,9 @@ void add_evaluate_command(CLI::App& app) {
       ->required()
       ->type_name("DIR|FILE");
   command->add_option("--sequences", options->sequences, "Only these sequences")->type_name("NAME");
-  command->add_option("--benchmark", options->benchmark, "Whose rules apply")
-      ->capture_default_str()
-      ->type_name("MOT15|MOT16|MOT17|MOT20");
-  command
-      ->add_option("--compat", options->compat,
-                   "Count as TrackEval, or as the devkit of papers up to 2020")
-      ->capture_default_str()
-      ->type_name("trackeval|devkit");
+  add_scoring_arguments(*command, options->scoring, "Whose rules apply");
   command->add_flag("--allow-missing", options->allow_missing,
                     "Score a sequence without a result file as if nothing had been found");
-  command->add_option("--json", options->json, "Write all scores here")->type_name("FILE");
   command->add_option("--csv", options->csv, "Write a row of scores a sequence here")
       ->type_name("FILE");
   command->add_flag("--explain", options->explain,
@@ -205,10 +195,6 @@ void add_evaluate_command(CLI::App& app) {
                    "Draw the frames in which such events start into this folder (sequences "
                    "with images)")
       ->type_name("DIR");
-  command
-      ->add_option("--report", options->report,
-                   "Write a self-contained HTML page with tables, plots and the tracks over time")
-      ->type_name("FILE");
   command->callback([options] { run(*options); });
 }
 

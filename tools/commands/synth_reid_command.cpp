@@ -5,10 +5,8 @@
 #include <string>
 
 #include "cli/command.h"
-#include "cli/console.h"
-#include "cli/progress.h"
-#include "cli/stop_signal.h"
-#include "synth/synth_reid.h"
+#include "synth/drawing_run.h"
+#include "synth/reid_set_writer.h"
 
 namespace sdmt::tools {
 
@@ -16,24 +14,14 @@ namespace {
 
 struct SynthReidCommand {
   std::string output;
-  SynthReidOptions reid;
+  ReidSetOptions reid;
 
   void run() const {
     reid.validate();
-    const StopSignal stop;
-    bool whole = false;
-    {
-      Progress progress("drawing", reid.images(), "images");
-      whole = write_synth_reid(output, reid, [&](int images) {
-        progress.update(images);
-        return !stop.requested();
-      });
-    }
-    if (whole) {
-      say(stdout, "{}: {} people, {} images\n", output, reid.identities, reid.images());
-    } else {
-      say(stdout, "stopped, nothing written\n");
-    }
+    run_drawing(
+        reid.images(), "images",
+        fmt::format("{}: {} people, {} images", output, reid.identities, reid.images()),
+        [&](const DrawingProgress& progress) { return write_reid_set(output, reid, progress); });
   }
 };
 

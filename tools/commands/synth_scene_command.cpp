@@ -5,9 +5,7 @@
 #include <string>
 
 #include "cli/command.h"
-#include "cli/console.h"
-#include "cli/progress.h"
-#include "cli/stop_signal.h"
+#include "synth/drawing_run.h"
 #include "synth/scene_writer.h"
 
 namespace sdmt::tools {
@@ -19,21 +17,11 @@ struct SynthSceneCommand {
   SceneOptions scene;
 
   void run() const {
-    const StopSignal stop;
-    bool whole = false;
-    {
-      Progress progress("drawing", scene.frames, "frames");
-      whole = write_scene(output, scene, [&](int frames) {
-        progress.update(frames);
-        return !stop.requested();
-      });
-    }
-    if (whole) {
-      say(stdout, "{}: {} frames of {} x {}, {} walkers at a time\n", output, scene.frames,
-          scene.width, scene.height, scene.walkers);
-    } else {
-      say(stdout, "stopped, nothing written\n");
-    }
+    run_drawing(
+        scene.frames, "frames",
+        fmt::format("{}: {} frames of {} x {}, {} walkers at a time", output, scene.frames,
+                    scene.width, scene.height, scene.walkers),
+        [&](const DrawingProgress& progress) { return write_scene(output, scene, progress); });
   }
 };
 

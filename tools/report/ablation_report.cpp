@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "ablation/ablation.h"
+#include "evaluation/scoring_arguments.h"
 #include "report/evaluation_report.h"
 #include "report/html_report.h"
 #include "report/svg_plot.h"
@@ -72,10 +73,9 @@ std::string ablation_html(const AblationRun& run) {
       names += (names.empty() ? "" : ", ") + sequence.prepared.name;
     }
   }
-  HtmlReport report("Ablation", fmt::format("{} · {} · {} rules, counted as {}", names,
-                                            run.detections, eval::to_string(run.benchmark),
-                                            run.compat == eval::Compat::devkit ? "the MATLAB devkit"
-                                                                               : "TrackEval"));
+  HtmlReport report("Ablation",
+                    fmt::format("{} · {} · {} rules, counted as {}", names, run.detections,
+                                eval::to_string(run.benchmark), counted_as(run.compat)));
   report.add_heading("Variants");
   report.add_table(result_table(run, best));
   if (best != nullptr) {

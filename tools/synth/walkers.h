@@ -5,7 +5,7 @@
 
 #include "sdmt/nn/random.h"
 #include "synth/ground_camera.h"
-#include "synth/synth_person.h"
+#include "synth/person_drawing.h"
 
 namespace sdmt::tools {
 

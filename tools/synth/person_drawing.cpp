@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "synth/synth_person.h"
+#include "synth/person_drawing.h"
 
 #include <algorithm>
 #include <array>

@@ -7,7 +7,7 @@
 
 namespace sdmt::tools {
 
-struct SynthReidOptions {
+struct ReidSetOptions {
   int identities = 300;         ///< 4..9999; the first two thirds are for training
   int images_per_identity = 8;  ///< 4..1000, by two cameras in turn
   std::uint64_t seed = 1;
@@ -27,7 +27,7 @@ struct SynthReidOptions {
 /// written and returns false to stop: then nothing is left, and the function returns false.
 /// Throws std::invalid_argument when `folder` already holds anything or cannot be made,
 /// std::runtime_error when writing fails.
-bool write_synth_reid(const std::filesystem::path& folder, const SynthReidOptions& options,
-                      const std::function<bool(int)>& progress);
+bool write_reid_set(const std::filesystem::path& folder, const ReidSetOptions& options,
+                    const std::function<bool(int)>& progress);
 
 }  // namespace sdmt::tools

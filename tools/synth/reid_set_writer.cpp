@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "synth/synth_reid.h"
+#include "synth/reid_set_writer.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include "cli/new_data_folder.h"
 #include "sdmt/nn/random.h"
 #include "synth/jpeg.h"
-#include "synth/synth_person.h"
+#include "synth/person_drawing.h"
 
 namespace sdmt::tools {
 
@@ -30,9 +30,9 @@ constexpr std::uint64_t kLookStream = 1ULL << 32;
 constexpr std::uint64_t kImageStream = 2ULL << 32;
 constexpr std::uint64_t kBackgroundStream = 3ULL << 32;
 
-int train_identities(const SynthReidOptions& options) { return options.identities * 2 / 3; }
+int train_identities(const ReidSetOptions& options) { return options.identities * 2 / 3; }
 
-int background_images(const SynthReidOptions& options) {
+int background_images(const ReidSetOptions& options) {
   return (options.identities - train_identities(options)) * options.images_per_identity / 4;
 }
 
@@ -157,17 +157,17 @@ void check(const char* field, int value, int low, int high) {
 
 }  // namespace
 
-int SynthReidOptions::images() const {
+int ReidSetOptions::images() const {
   return identities * images_per_identity + background_images(*this);
 }
 
-void SynthReidOptions::validate() const {
+void ReidSetOptions::validate() const {
   check("identities", identities, 4, 9999);
   check("images_per_identity", images_per_identity, 2 * kCameras, 1000);
 }
 
-bool write_synth_reid(const fs::path& folder, const SynthReidOptions& options,
-                      const std::function<bool(int)>& progress) {
+bool write_reid_set(const fs::path& folder, const ReidSetOptions& options,
+                    const std::function<bool(int)>& progress) {
   options.validate();
   NewDataFolder unfinished(folder, {"bounding_box_train", "query", "bounding_box_test"});
   constexpr int kQuality = 90;
