@@ -1,0 +1,155 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Makes what a small network is taught with: crops of many places, and a teacher's vectors for them.
+
+  distillation-set.py OUT --teacher NETWORK.onnx [--sequences DIR...] FOLDER...
+
+FOLDERs hold crops of people (re-identification sets, or crops without names). Written are
+  OUT/crops/            people of MOT sequences that have frames and ground truth (--sequences)
+  OUT/variants/         --variants of each crop: legs of somebody else, clothes of another colour,
+                        another light; the teacher tells them apart, though nobody has ever worn them
+  OUT/teacher.safetensors   the teacher's unit vectors of all of these and of the FOLDERs' images,
+                        as `sdmt embed` writes them
+for `sdmt train-embedder --unlabelled OUT/crops OUT/variants --teacher OUT/teacher.safetensors`.
+The teacher is any network that OpenCV's dnn reads; it gets RGB, 128 x 256, with ImageNet's mean and
+deviation. The same seed gives the same crops. Needs python3-opencv and python3-numpy.
+"""
+import argparse
+import json
+import pathlib
+import struct
+
+import cv2
+import numpy as np
+
+SIZE = (64, 128)  # of a crop: width, height
+WAIST = (58, 74)  # rows of a crop between which the legs may begin
+MEAN = np.float32([0.485, 0.456, 0.406])
+DEVIATION = np.float32([0.229, 0.224, 0.225])
+
+
+def images_below(folder):
+    found = sorted(p for p in pathlib.Path(folder).rglob("*")
+                   if p.suffix.lower() in (".jpg", ".jpeg", ".png") and not p.name.startswith("."))
+    if not found:
+        raise SystemExit(f"{folder}: holds no .jpg or .png image")
+    return found
+
+
+def read(path):
+    image = cv2.imread(str(path))
+    if image is None:
+        raise SystemExit(f"{path}: cannot be read as an image")
+    return image
+
+
+def crop_sequence(folder, out):
+    """People of the first and last frame that are there, at least half visible and 60 pixels tall."""
+    frames = images_below(folder / "img1")
+    truth = np.loadtxt(folder / "gt" / "gt.txt", delimiter=",", ndmin=2)
+    for frame in (frames[0], frames[-1]):
+        image = read(frame)
+        height, width = image.shape[:2]
+        for row in truth[truth[:, 0] == int(frame.stem)]:
+            if len(row) > 8 and (row[7] not in (1, 2, 7) or row[8] < 0.5):
+                continue  # no person, or hidden
+            left, top, right, bottom = (int(round(v)) for v in (
+                max(0, row[2] - 1), max(0, row[3] - 1),
+                min(width, row[2] - 1 + row[4]), min(height, row[3] - 1 + row[5])))
+            if row[5] < 60 or bottom - top < 50 or right - left < 18:
+                continue
+            crop = cv2.resize(image[top:bottom, left:right], SIZE, interpolation=cv2.INTER_AREA)
+            cv2.imwrite(str(out / f"{folder.name}-{frame.stem}-{int(row[1]):04d}.png"), crop)
+
+
+def recoloured(image, first, last, rng):
+    hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV).astype(np.int32)
+    part = hsv[first:last]
+    part[..., 0] = (part[..., 0] + rng.integers(0, 180)) % 180
+    part[..., 1] = np.clip(part[..., 1] * rng.uniform(0.5, 1.8), 0, 255)
+    part[..., 2] = np.clip(part[..., 2] * rng.uniform(0.6, 1.5), 0, 255)
+    return cv2.cvtColor(hsv.astype(np.uint8), cv2.COLOR_HSV2BGR)
+
+
+def relit(image, rng):
+    values = (image.astype(np.float32) / 255) ** rng.uniform(0.6, 1.6)
+    values = values * rng.uniform(0.75, 1.25) * rng.uniform(0.85, 1.15, 3)
+    mean = values.mean()
+    values = (values - mean) * rng.uniform(0.7, 1.3) + mean
+    return np.clip(values * 255, 0, 255).astype(np.uint8)
+
+
+def variant(images, i, rng):
+    image = images[i].copy()
+    if rng.random() < 0.5:
+        image = image[:, ::-1].copy()
+    kind = rng.random()
+    waist = int(rng.integers(*WAIST))
+    if kind < 0.45:
+        other = images[rng.integers(len(images))]
+        if rng.random() < 0.5:
+            other = other[:, ::-1]
+        share = np.clip((np.arange(SIZE[1]) - waist) / 4 + 0.5, 0, 1)[:, None, None]
+        image = (image * (1 - share) + other * share).astype(np.uint8)
+    elif kind < 0.75:
+        if rng.random() < 0.7:
+            image = recoloured(image, 18, waist, rng)
+        if rng.random() < 0.7:
+            image = recoloured(image, waist, SIZE[1], rng)
+    return relit(image, rng) if rng.random() < 0.6 else image
+
+
+def teach(network, image):
+    values = cv2.resize(image, (128, 256))[:, :, ::-1].astype(np.float32) / 255
+    values = (values - MEAN) / DEVIATION
+    network.setInput(np.ascontiguousarray(values.transpose(2, 0, 1)[None]))
+    vector = network.forward().ravel()
+    return vector / np.linalg.norm(vector)
+
+
+def write_embeddings(path, names, vectors):
+    values = np.asarray(vectors, np.float32)
+    header = json.dumps({
+        "__metadata__": {"images": json.dumps(names)},
+        "embeddings": {"dtype": "F32", "shape": list(values.shape),
+                       "data_offsets": [0, values.nbytes]}}).encode()
+    header += b" " * (-len(header) % 8)
+    path.write_bytes(struct.pack("<Q", len(header)) + header + values.tobytes())
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("out", type=pathlib.Path)
+    parser.add_argument("folders", nargs="+")
+    parser.add_argument("--teacher", required=True)
+    parser.add_argument("--sequences", nargs="*", default=[], type=pathlib.Path)
+    parser.add_argument("--variants", type=int, default=2)
+    parser.add_argument("--seed", type=int, default=7)
+    arguments = parser.parse_args()
+
+    crops = arguments.out / "crops"
+    variants = arguments.out / "variants"
+    for folder in (crops, variants):
+        folder.mkdir(parents=True, exist_ok=True)
+    for sequence in arguments.sequences:
+        crop_sequence(sequence, crops)
+
+    paths = [p for folder in arguments.folders for p in images_below(folder)]
+    if arguments.sequences:
+        paths += images_below(crops)
+    images = [cv2.resize(read(p), SIZE) for p in paths]
+    rng = np.random.default_rng(arguments.seed)
+    for i in range(len(images)):
+        for k in range(arguments.variants):
+            path = variants / f"{i:05d}_{k}.jpg"
+            cv2.imwrite(str(path), variant(images, i, rng), [cv2.IMWRITE_JPEG_QUALITY, 92])
+            paths.append(path)
+
+    network = cv2.dnn.readNet(arguments.teacher)
+    vectors = [teach(network, cv2.resize(read(p), SIZE)) for p in paths]
+    write_embeddings(arguments.out / "teacher.safetensors", [str(p) for p in paths], vectors)
+    print(f"{len(paths)} crops, {len(vectors[0])} values each: {arguments.out}")
+
+
+if __name__ == "__main__":
+    main()
