@@ -37,7 +37,10 @@ GroundTruth read_sequence_ground_truth(const fs::path& folder) {
 
 std::vector<fs::path> find_sequences(const fs::path& path) {
   if (!fs::is_directory(path)) {
-    throw std::invalid_argument(path.string() + ": no such folder");
+    throw std::invalid_argument(
+        path.string() + (fs::exists(path) ? ": is a file, expected the folder of the sequence, "
+                                            "which holds gt/gt.txt, or one of such folders"
+                                          : ": no such folder"));
   }
   if (fs::is_regular_file(ground_truth_file(path))) return {path};
   std::vector<fs::path> folders;

@@ -1,17 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sdmt/io/delimited_text.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <fstream>
+#include <cstring>
 #include <limits>
 #include <stdexcept>
 #include <system_error>
+
+#include "retry.h"
+#include "sdmt/io/checked_value.h"
 
 namespace sdmt::io {
 
 namespace {
 
+// A cell as messages show it; files that are no text at all make few letters.
 std::string shown(std::string_view cell) {
   constexpr std::size_t kLongest = 40;
   std::string text;
@@ -19,28 +29,45 @@ std::string shown(std::string_view cell) {
   return "'" + text + (cell.size() > kLongest ? "...'" : "'");
 }
 
-std::string shown(double value) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, value).ptr;
-  return {text, end};
+// What a line of numbers that has no commas, or others in place of them, needs to be told.
+std::string_view separator_hint(std::string_view cell) {
+  return cell.find_first_of(";\t ") == std::string_view::npos
+             ? ""
+             : " (columns are separated by commas, decimals by a point)";
 }
 
 }  // namespace
 
 std::string read_text(const std::filesystem::path& path) {
+  const auto fail = [&](const char* what) {
+    return path.string() + ": " + what + ": " + std::strerror(errno);
+  };
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) {
     throw std::invalid_argument(path.string() + ": is a folder, expected a file");
   }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw std::invalid_argument(path.string() + ": cannot be opened");
+  const int descriptor = retry([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC); });
+  if (descriptor < 0) throw std::invalid_argument(fail("cannot be opened"));
   std::string text;
-  char block[1 << 16];
-  while (file.read(block, sizeof block) || file.gcount() > 0) {
-    text.append(block, static_cast<std::size_t>(file.gcount()));
+  std::array<char, 1 << 16> block;
+  ssize_t got = 0;
+  try {
+    while ((got = retry([&] { return ::read(descriptor, block.data(), block.size()); })) > 0) {
+      text.append(block.data(), got);
+    }
+  } catch (...) {
+    ::close(descriptor);
+    throw;
   }
-  if (file.bad()) throw std::invalid_argument(path.string() + ": cannot be read");
+  const int cause = errno;
+  ::close(descriptor);
+  errno = cause;
+  if (got < 0) throw std::runtime_error(fail("cannot be read"));
   return text;
+}
+
+int NumberLine::columns() const {
+  return ended_ ? 0 : 1 + static_cast<int>(std::count(rest_.begin(), rest_.end(), ','));
 }
 
 void NumberLine::fail(const std::string& message) const {
@@ -48,10 +75,10 @@ void NumberLine::fail(const std::string& message) const {
 }
 
 void NumberLine::refuse(const char* column, double value, const char* expected) const {
-  fail(std::string(column) + " is " + shown(value) + ", expected " + expected);
+  fail(std::string(column) + " is " + number_text(value) + ", expected " + expected);
 }
 
-std::string_view NumberLine::cell(const char* column) {
+std::string_view NumberLine::text(const char* column) {
   if (ended_) fail(std::string(column) + " is missing");
   const std::size_t comma = rest_.find(',');
   std::string_view cell = rest_.substr(0, comma);
@@ -63,7 +90,7 @@ std::string_view NumberLine::cell(const char* column) {
 }
 
 double NumberLine::number(const char* column) {
-  const std::string_view text = cell(column);
+  const std::string_view text = this->text(column);
   // from_chars takes no leading plus, which some writers put.
   const std::string_view digits = text.starts_with('+') ? text.substr(1) : text;
   double value = 0;
@@ -72,7 +99,8 @@ double NumberLine::number(const char* column) {
     fail(std::string(column) + " is " + shown(text) + ", beyond the range of numbers");
   }
   if (error != std::errc() || end != digits.data() + digits.size()) {
-    fail(std::string(column) + " is " + shown(text) + ", expected a number");
+    fail(std::string(column) + " is " + shown(text) + ", expected a number" +
+         std::string(separator_hint(text)));
   }
   if (!std::isfinite(value)) refuse(column, value, "a finite number");
   return value;
@@ -81,7 +109,7 @@ double NumberLine::number(const char* column) {
 int NumberLine::whole(const char* column, int minimum) {
   const double value = number(column);
   if (value != std::floor(value)) refuse(column, value, "a whole number");
-  if (value < minimum) refuse(column, value, (">= " + std::to_string(minimum)).c_str());
+  if (value < minimum) refuse(column, value, (">= " + number_text(minimum)).c_str());
   if (value > std::numeric_limits<int>::max()) refuse(column, value, "<= 2147483647");
   return static_cast<int>(value);
 }

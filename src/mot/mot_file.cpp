@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <stdexcept>
 
+#include "sdmt/io/checked_value.h"
 #include "sdmt/io/delimited_text.h"
 #include "sdmt/io/output_file.h"
 
@@ -40,6 +42,15 @@ void check_range(const io::NumberLine& line, const Tlwh& box) {
   check("height", box.height);
 }
 
+// The class that a text stands for, -1 for none.
+int class_of(std::string_view text) {
+  constexpr double kMostClasses = 1000;
+  const auto value = io::parse_number<double>(text);
+  const bool is_class =
+      value && *value >= 0 && *value < kMostClasses && *value == std::floor(*value);
+  return is_class ? static_cast<int>(*value) : -1;
+}
+
 // Calls read(NumberLine&) for each line and returns the rows sorted by frame, else in file order.
 template <typename Row, typename Read>
 std::vector<Row> read_rows(const std::filesystem::path& path, Read&& read) {
@@ -62,18 +73,32 @@ DetectionFile DetectionFile::read(const std::filesystem::path& path) {
     int frame;
     Detection detection;
   };
-  const auto rows = read_rows<Row>(path, [](io::NumberLine& line) {
-    Row row;
-    row.frame = line.whole("frame", 1);
-    line.whole("id", kAnyNumber);
-    row.detection.box = read_box(line, false);
-    check_range(line, row.detection.box);
-    row.detection.score = line.number("score");
-    return row;
-  });
-  // The index has an entry for each frame number: one absurd number must not eat the memory.
-  constexpr int kLargestGap = 10'000'000;
   DetectionFile file;
+  bool has_classes = true;
+  const auto rows = read_rows<Row>(path, [&](io::NumberLine& line) {
+    const int columns = line.columns();
+    file.columns_ = std::max(file.columns_, columns);
+    try {
+      Row row;
+      row.frame = line.whole("frame", 1);
+      line.whole("id", kAnyNumber);
+      row.detection.box = read_box(line, false);
+      check_range(line, row.detection.box);
+      row.detection.score = line.number("score");
+      const int category = line.more() ? class_of(line.text("class")) : -1;
+      has_classes = has_classes && category >= 0;
+      if (has_classes) ++file.classes_[category];
+      return row;
+    } catch (const std::invalid_argument& error) {
+      if (columns <= kMostColumns) throw;
+      throw std::invalid_argument(error.what() + std::string("; the line has ") +
+                                  std::to_string(columns) +
+                                  " columns, expected 7 to 10 (decimals take a point)");
+    }
+  });
+  if (!has_classes) file.classes_.clear();
+  // Whoever goes from frame to frame must not go on for ever for one absurd number.
+  constexpr int kLargestGap = 10'000'000;
   file.detections_.reserve(rows.size());
   for (const Row& row : rows) {
     if (row.frame - file.last_frame() > kLargestGap) {
@@ -81,18 +106,22 @@ DetectionFile DetectionFile::read(const std::filesystem::path& path) {
                                   " follows frame " + std::to_string(file.last_frame()) +
                                   ", expected at most 10000000 frames between");
     }
-    file.first_.resize(std::max(file.first_.size(), static_cast<std::size_t>(row.frame) + 1),
-                       file.detections_.size());
+    if (row.frame != file.last_frame()) {
+      file.frames_.push_back(row.frame);
+      file.first_.push_back(file.detections_.size());
+    }
     file.detections_.push_back(row.detection);
-    file.first_.back() = file.detections_.size();
   }
   return file;
 }
 
 std::span<const Detection> DetectionFile::frame(int frame) const {
-  if (frame < 1 || frame > last_frame()) return {};
-  const auto i = static_cast<std::size_t>(frame);
-  return std::span(detections_).subspan(first_[i - 1], first_[i] - first_[i - 1]);
+  const auto found = std::lower_bound(frames_.begin(), frames_.end(), frame);
+  if (found == frames_.end() || *found != frame) return {};
+  const auto i = found - frames_.begin();
+  const bool last = found + 1 == frames_.end();
+  const std::size_t end = last ? detections_.size() : first_[i + 1];
+  return std::span(detections_).subspan(first_[i], end - first_[i]);
 }
 
 bool DetectionFile::has_scores() const {
@@ -144,7 +173,7 @@ std::string format_result(const ResultRow& row) {
   const int length = std::snprintf(text, sizeof text, "%d,%d,%.2f,%.2f,%.2f,%.2f,%.6g,-1,-1,-1\n",
                                    row.frame, row.id, row.box.left, row.box.top, row.box.width,
                                    row.box.height, row.confidence);
-  return {text, static_cast<std::size_t>(length)};
+  return std::string(text, length);
 }
 
 void write_results(const std::filesystem::path& path, std::span<const ResultRow> rows) {

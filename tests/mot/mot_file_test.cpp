@@ -3,11 +3,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <stdexcept>
 #include <string>
 
@@ -101,7 +103,16 @@ TEST_F(MotFile, NamesFileLineColumnAndValue) {
       {"frame,id,x,y,w,h,score", ":1: frame is 'frame', expected a number"},
       {"1,-1,1,1,5,5", ":1: score is missing"},
       {"1", ":1: id is missing"},
-      {"1 -1 1 1 5 5 1", ":1: frame is '1 -1 1 1 5 5 1', expected a number"},
+      {"1 -1 1 1 5 5 1",
+       ":1: frame is '1 -1 1 1 5 5 1', expected a number (columns are separated by commas, "
+       "decimals "
+       "by a point)"},
+      {"1;-1;1,5;1;5;5;1",
+       ":1: frame is '1;-1;1', expected a number (columns are separated by "
+       "commas, decimals by a point)"},
+      {"1,-1,10,5,20,0,30,0,60,5,0,9",
+       ":1: height is 0, expected > 0; the line has 12 columns, "
+       "expected 7 to 10 (decimals take a point)"},
   };
   for (const auto& [text, message] : cases) EXPECT_THAT(detection_error(text), EndsWith(message));
   const std::string zeros(200, '\0');
@@ -111,6 +122,32 @@ TEST_F(MotFile, NamesFileLineColumnAndValue) {
 TEST_F(MotFile, RefusesAFrameNumberThatWouldFillTheMemory) {
   EXPECT_THAT(detection_error("1,-1,1,1,5,5,1\n2000000000,-1,1,1,5,5,1\n"),
               HasSubstr("frame 2000000000 follows frame 1"));
+}
+
+TEST_F(MotFile, MemoryGoesByRowsNotByFrameNumbers) {
+  std::string text;
+  for (int i = 1; i < 200; ++i) text += std::to_string(i * 9'999'999) + ",-1,10,10,20,40,0.9\n";
+  struct rusage before {};
+  struct rusage after {};
+  ::getrusage(RUSAGE_SELF, &before);
+  const auto file = DetectionFile::read(write(text));
+  ::getrusage(RUSAGE_SELF, &after);
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 10'000);  // kB
+  EXPECT_EQ(file.last_frame(), 199 * 9'999'999);
+  EXPECT_EQ(file.frame(2 * 9'999'999).size(), 1U);
+  EXPECT_TRUE(file.frame(2 * 9'999'999 + 1).empty());
+}
+
+TEST_F(MotFile, KnowsColumnsAndClasses) {
+  auto file =
+      DetectionFile::read(write("1,-1,1,1,5,5,1,0\n1,-1,1,1,5,5,1,2\n2,-1,1,1,5,5,1,2.0\n"));
+  EXPECT_EQ(file.columns(), 8);
+  EXPECT_EQ(file.classes(), (std::map<int, std::size_t>{{0, 1}, {2, 2}}));
+  for (const char* other :
+       {"1,-1,1,1,5,5,1,-1,-1,-1\n", "1,-1,1,1,5,5,1\n", "1,-1,1,1,5,5,1,2.5,1,0\n"}) {
+    file = DetectionFile::read(write(std::string("1,-1,1,1,5,5,1,1\n") + other));
+    EXPECT_TRUE(file.classes().empty()) << other;
+  }
 }
 
 TEST_F(MotFile, RefusesMissingFilesAndFolders) {

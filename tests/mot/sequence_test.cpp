@@ -64,7 +64,8 @@ TEST_F(SequenceFolder, FillsInWhatIsMissing) {
 
 TEST_F(SequenceFolder, NamesTheLineThatIsWrong) {
   EXPECT_FALSE(Sequence::is_sequence(folder_));
-  EXPECT_THAT(error(), ::testing::EndsWith("seqinfo.ini: cannot be opened"));
+  EXPECT_THAT(error(),
+              ::testing::EndsWith("seqinfo.ini: cannot be opened: No such file or directory"));
   write("[Sequence]\nseqLength=many\n");
   EXPECT_THAT(error(),
               ::testing::EndsWith("seqinfo.ini:2: seqLength is 'many', expected a number"));

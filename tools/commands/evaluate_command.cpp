@@ -16,6 +16,8 @@
 #include "report/evaluation_report.h"
 #include "report/event_report.h"
 #include "sdmt/io/output_file.h"
+#include "sdmt/mot/plausibility.h"
+#include "sdmt/mot/sequence.h"
 
 namespace sdmt::tools {
 
@@ -81,6 +83,17 @@ fs::path find_results(const EvaluateOptions& options, const std::string& name,
   return found;
 }
 
+// Boxes in a wrong format score like those of a very bad tracker.
+void warn_of_implausible(std::span<const mot::ResultRow> rows, const fs::path& folder,
+                         const std::string& file) {
+  std::vector<mot::Tlwh> boxes;
+  for (const auto& row : rows) boxes.push_back(row.box);
+  mot::Sequence sequence;
+  if (mot::Sequence::is_sequence(folder)) sequence = mot::Sequence::read(folder);
+  const auto text = mot::describe_implausible(boxes, sequence.width, sequence.height);
+  if (!text.empty()) say(stderr, "sdmt evaluate: warning: {}: {}\n", file, text);
+}
+
 Evaluation evaluate(const EvaluateOptions& options) {
   Evaluation evaluation;
   evaluation.benchmark = eval::parse_benchmark(options.scoring.benchmark);
@@ -106,6 +119,7 @@ Evaluation evaluate(const EvaluateOptions& options) {
     const auto gt = eval::read_sequence_ground_truth(folder);
     std::vector<mot::ResultRow> rows;
     if (!files[name].empty()) rows = mot::read_results(files[name], early);
+    warn_of_implausible(rows, folder, files[name].string());
     evaluation.sequences.push_back(evaluate_sequence(folder, gt, rows, files[name].string(),
                                                      evaluation.benchmark, evaluation.compat));
   }

@@ -113,11 +113,9 @@ mot::DetectionFile read_detections(const std::string& path, track::TrackerOption
   }
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
-  for (int frame = 1; frame <= file.last_frame(); ++frame) {
-    for (const mot::Detection& detection : file.frame(frame)) {
-      low = std::min(low, detection.score);
-      high = std::max(high, detection.score);
-    }
+  for (const mot::Detection& detection : file.detections()) {
+    low = std::min(low, detection.score);
+    high = std::max(high, detection.score);
   }
   if (!options.calibration && (low < 0 || high > 1)) {
     warn(

@@ -7,7 +7,8 @@
 
 namespace sdmt::io {
 
-/// The whole of a text file. Throws std::invalid_argument naming it when it cannot be read.
+/// The whole of a text file. Throws std::invalid_argument naming it when it cannot be opened, and
+/// std::runtime_error when reading fails.
 std::string read_text(const std::filesystem::path& path);
 
 /// One line of numbers separated by commas, with the place it came from for messages.
@@ -21,6 +22,10 @@ class NumberLine {
   double number(const char* column);
   /// The next column as a whole number >= minimum.
   int whole(const char* column, int minimum);
+  /// The next column as it stands, without blanks around it. Throws when it is missing.
+  std::string_view text(const char* column);
+  /// Columns not read yet.
+  int columns() const;
   /// True when another column follows.
   bool more() const { return !ended_; }
 
@@ -28,7 +33,6 @@ class NumberLine {
   [[noreturn]] void refuse(const char* column, double value, const char* expected) const;
 
  private:
-  std::string_view cell(const char* column);
   [[noreturn]] void fail(const std::string& message) const;
 
   const std::filesystem::path& path_;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,7 +43,8 @@ struct ResultRow {
   int category = -1;  ///< the eighth column, whole part; -1 where the file has none
 };
 
-/// Rows frame,id,left,top,width,height,score[,...]: what a detector found in a sequence.
+/// Rows frame,id,left,top,width,height,score[,...]: what a detector found in a sequence. Takes
+/// memory by rows, whatever the frame numbers.
 class DetectionFile {
  public:
   DetectionFile() = default;
@@ -50,17 +52,29 @@ class DetectionFile {
 
   /// Boxes of one frame in file order; empty where the file has none. Any `frame` is allowed.
   std::span<const Detection> frame(int frame) const;
+  /// All boxes by frame.
+  std::span<const Detection> detections() const { return detections_; }
   /// Largest frame number, 0 when the file is empty.
-  int last_frame() const { return static_cast<int>(first_.size()) - 1; }
+  int last_frame() const { return frames_.empty() ? 0 : frames_.back(); }
   std::size_t size() const { return detections_.size(); }
   /// False when all boxes have the same score, as in files written with -1 or 1 throughout: then
   /// the score says nothing and TrackerOptions::use_scores should be off.
   bool has_scores() const;
 
+  /// MOTChallenge's format ends with three world coordinates.
+  static constexpr int kMostColumns = 10;
+  /// Of the line that has most.
+  int columns() const { return columns_; }
+  /// Boxes by the value of the eighth column where all lines have a whole number in 0..999 there,
+  /// as those have to which a detector wrote its classes; else empty.
+  const std::map<int, std::size_t>& classes() const { return classes_; }
+
  private:
   std::vector<Detection> detections_;
-  // [frame - 1] index of the frame's first detection, then the end
-  std::vector<std::size_t> first_ = {0};
+  std::vector<int> frames_;         // those that have detections, ascending
+  std::vector<std::size_t> first_;  // index of the first detection of each of them
+  int columns_ = 0;
+  std::map<int, std::size_t> classes_;
 };
 
 std::vector<GroundTruthRow> read_ground_truth(const std::filesystem::path& path);
