@@ -40,25 +40,39 @@ Canvas to_canvas(const image::Image& image) {
   return canvas;
 }
 
+// Where a sample lies between two pixels of a line.
+struct Between {
+  int first = 0;  // pixels, within the line
+  int second = 0;
+  float weight = 0;  // of the second
+};
+
+Between between(double at, int count) {
+  const double floor = std::floor(at);
+  const int first = static_cast<int>(floor);
+  return {std::clamp(first, 0, count - 1), std::clamp(first + 1, 0, count - 1),
+          static_cast<float>(at - floor)};
+}
+
 // The box (left, top, width, height) of `source`, resampled to the size of `out`.
 void sample_box(const Canvas& source, double left, double top, double box_width, double box_height,
                 bool mirror, Canvas& out) {
+  std::vector<Between> columns;
+  for (int x = 0; x < out.width; ++x) {
+    const int column = mirror ? out.width - 1 - x : x;
+    columns.push_back(between(left + (column + 0.5) * box_width / out.width - 0.5, source.width));
+  }
   for (int y = 0; y < out.height; ++y) {
-    const double sy = top + (y + 0.5) * box_height / out.height - 0.5;
-    const int y0 = static_cast<int>(std::floor(sy));
-    const auto wy = static_cast<float>(sy - y0);
-    for (int x = 0; x < out.width; ++x) {
-      const int column = mirror ? out.width - 1 - x : x;
-      const double sx = left + (column + 0.5) * box_width / out.width - 0.5;
-      const int x0 = static_cast<int>(std::floor(sx));
-      const auto wx = static_cast<float>(sx - x0);
-      const float* a = source.near(x0, y0);
-      const float* b = source.near(x0 + 1, y0);
-      const float* c = source.near(x0, y0 + 1);
-      const float* d = source.near(x0 + 1, y0 + 1);
-      float* to = out.at(x, y);
+    const Between row = between(top + (y + 0.5) * box_height / out.height - 0.5, source.height);
+    const float* above = source.near(0, row.first);
+    const float* below = source.near(0, row.second);
+    float* to = out.at(0, y);
+    for (const Between& column : columns) {
+      const int l = 3 * column.first, r = 3 * column.second;
       for (int k = 0; k < 3; ++k) {
-        to[k] = (1 - wy) * ((1 - wx) * a[k] + wx * b[k]) + wy * ((1 - wx) * c[k] + wx * d[k]);
+        *to++ =
+            (1 - row.weight) * ((1 - column.weight) * above[l + k] + column.weight * above[r + k]) +
+            row.weight * ((1 - column.weight) * below[l + k] + column.weight * below[r + k]);
       }
     }
   }
@@ -99,28 +113,61 @@ void lower_resolution(Canvas& canvas, double factor) {
   sample_box(small, 0, 0, small.width, small.height, false, canvas);
 }
 
+constexpr int kRadius = 4;  // of the blur
+using BlurWeights = std::array<float, kRadius + 1>;
+
+// One line of the result: the sum of the lines line(-kRadius) .. line(kRadius), weighted.
+template <typename Line>
+void add_weighted(const BlurWeights& weights, float* out, int count, Line line) {
+  std::fill_n(out, count, 0.0F);
+  for (int i = -kRadius; i <= kRadius; ++i) {
+    const float* from = line(i);
+    const float weight = weights[static_cast<std::size_t>(std::abs(i))];
+    for (int k = 0; k < count; ++k) out[k] += weight * from[k];
+  }
+}
+
 void gaussian_blur(Canvas& canvas, double sigma) {
-  constexpr int kRadius = 4;
-  std::array<float, kRadius + 1> weights{};
+  BlurWeights weights{};
   float sum = 0;
   for (int i = 0; i <= kRadius; ++i) {
     weights[static_cast<std::size_t>(i)] =
         static_cast<float>(std::exp(-i * i / (2 * sigma * sigma)));
     sum += (i == 0 ? 1 : 2) * weights[static_cast<std::size_t>(i)];
   }
-  for (const bool vertical : {false, true}) {
-    const Canvas in = canvas;
-    for (int y = 0; y < canvas.height; ++y) {
-      for (int x = 0; x < canvas.width; ++x) {
-        float* to = canvas.at(x, y);
-        std::fill_n(to, 3, 0.0F);
-        for (int i = -kRadius; i <= kRadius; ++i) {
-          const float* from = vertical ? in.near(x, y + i) : in.near(x + i, y);
-          const float weight = weights[static_cast<std::size_t>(std::abs(i))] / sum;
-          for (int k = 0; k < 3; ++k) to[k] += weight * from[k];
-        }
-      }
+  for (float& weight : weights) weight /= sum;
+  const Canvas source = canvas;
+  const int row_size = 3 * canvas.width;
+  std::vector<float> padded(static_cast<std::size_t>(row_size + 6 * kRadius));
+  for (int y = 0; y < canvas.height; ++y) {
+    for (int x = -kRadius; x < canvas.width + kRadius; ++x) {
+      std::copy_n(source.near(x, y), 3, padded.data() + 3 * (x + kRadius));
     }
+    add_weighted(weights, canvas.at(0, y), row_size,
+                 [&](int i) { return padded.data() + 3 * (i + kRadius); });
+  }
+  const Canvas rows = canvas;
+  for (int y = 0; y < canvas.height; ++y) {
+    add_weighted(weights, canvas.at(0, y), row_size, [&](int i) { return rows.near(0, y + i); });
+  }
+}
+
+float luma(const float* bgr) { return 0.114F * bgr[0] + 0.587F * bgr[1] + 0.299F * bgr[2]; }
+
+// By a table of the whole values, linear between them.
+void change_gamma(Canvas& canvas, double strength, nn::Random& random) {
+  constexpr int kLast = 255;
+  const double exponent = std::exp(random.uniform(-1, 1) * std::log1p(strength));
+  std::array<float, kLast + 2> table{};
+  for (int i = 0; i <= kLast; ++i) {
+    table[static_cast<std::size_t>(i)] =
+        static_cast<float>(kLast * std::pow(static_cast<double>(i) / kLast, exponent));
+  }
+  table.back() = kLast;
+  for (float& value : canvas.values) {
+    const int whole = static_cast<int>(value);
+    const float* at = table.data() + whole;
+    value = at[0] + (value - static_cast<float>(whole)) * (at[1] - at[0]);
   }
 }
 
@@ -138,17 +185,36 @@ void change_colour(Canvas& canvas, const AugmentationOptions& options, nn::Rando
   constexpr float kMiddle = 128;
   for (std::size_t i = 0; i < canvas.values.size(); i += 3) {
     float* p = canvas.values.data() + i;
-    const float luma = 0.114F * p[0] + 0.587F * p[1] + 0.299F * p[2];
+    const float grey = luma(p);
     for (int k = 0; k < 3; ++k) {
-      const float v = luma + s * (p[k] - luma);
+      const float v = grey + s * (p[k] - grey);
       p[k] = std::clamp(((v - kMiddle) * c + kMiddle) * gains[static_cast<std::size_t>(k)], 0.0F,
                         255.0F);
     }
   }
 }
 
-void erase_rectangle(Canvas& canvas, nn::Random& random) {
-  constexpr std::array<float, 3> kMeanColour = {103.5F, 116.3F, 123.7F};  // of ImageNet, BGR
+void add_offset(Canvas& canvas, double strength, nn::Random& random) {
+  const auto offset = static_cast<float>(255 * random.uniform(-strength, strength));
+  for (float& value : canvas.values) value = std::clamp(value + offset, 0.0F, 255.0F);
+}
+
+// Nearly normal: the sum of four uniform numbers, all from one draw.
+void add_noise(Canvas& canvas, double strength, nn::Random& random) {
+  constexpr double kUniforms = 4, kRange = 65536;
+  const double deviation = strength * random.uniform();
+  const auto scale = static_cast<float>(deviation * std::sqrt(12 / kUniforms) / kRange);
+  const auto middle = static_cast<float>(kUniforms * (kRange - 1) / 2);
+  for (float& value : canvas.values) {
+    const std::uint64_t bits = random.next();
+    const auto sum = (bits & 0xFFFF) + (bits >> 16 & 0xFFFF) + (bits >> 32 & 0xFFFF) + (bits >> 48);
+    value += scale * (static_cast<float>(sum) - middle);
+  }
+}
+
+// Calls paint(pixel) in a random rectangle.
+template <typename Paint>
+void paint_rectangle(Canvas& canvas, nn::Random& random, Paint paint) {
   const int height = static_cast<int>(canvas.height * random.uniform(0.1, 0.35));
   const int width = static_cast<int>(canvas.width * random.uniform(0.2, 0.6));
   const auto offset = [&random](int room) {
@@ -157,10 +223,18 @@ void erase_rectangle(Canvas& canvas, nn::Random& random) {
   const int top = offset(canvas.height - height);
   const int left = offset(canvas.width - width);
   for (int y = top; y < top + height; ++y) {
-    for (int x = left; x < left + width; ++x) {
-      std::copy(kMeanColour.begin(), kMeanColour.end(), canvas.at(x, y));
-    }
+    for (int x = left; x < left + width; ++x) paint(canvas.at(x, y));
   }
+}
+
+void erase_rectangle(Canvas& canvas, nn::Random& random) {
+  constexpr std::array<float, 3> kMeanColour = {103.5F, 116.3F, 123.7F};  // of ImageNet, BGR
+  paint_rectangle(canvas, random,
+                  [&](float* pixel) { std::copy(kMeanColour.begin(), kMeanColour.end(), pixel); });
+}
+
+void grey_rectangle(Canvas& canvas, nn::Random& random) {
+  paint_rectangle(canvas, random, [](float* pixel) { std::fill_n(pixel, 3, luma(pixel)); });
 }
 
 image::Image to_image(const Canvas& canvas) {
@@ -190,23 +264,41 @@ void AugmentationOptions::validate() const {
   check("low_resolution", low_resolution, 1);
   check("blur", blur, 1);
   check("erase", erase, 1);
+  check("crop", crop, 1);
+  check("gamma", gamma, 10);
+  check("offset", offset, 1);
+  check("grey_patch", grey_patch, 1);
+  check("noise", noise, 255);
 }
 
 image::Image augment(const image::Image& image, int width, int height,
                      const AugmentationOptions& options, nn::Random& random) {
   const bool mirror = random.uniform() < options.flip;
   const double box_width = image.width * random.uniform(1 - options.scale, 1 + options.scale);
-  const double box_height = image.height * random.uniform(1 - options.scale, 1 + options.scale);
+  double box_height = image.height * random.uniform(1 - options.scale, 1 + options.scale);
   const double shift_x = image.width * random.uniform(-options.translate, options.translate);
   const double shift_y = image.height * random.uniform(-options.translate, options.translate);
+  const double left = (image.width - box_width) / 2 + shift_x;
+  double top = (image.height - box_height) / 2 + shift_y;
+  // A change that is off draws no number.
+  if (options.crop > 0 && random.uniform() < options.crop) {
+    const double lost = box_height * random.uniform(0, 1.0 / 3);
+    if (random.uniform() < 0.5) top += lost;
+    box_height -= lost;
+  }
   Canvas canvas(width, height);
-  sample_box(to_canvas(image), (image.width - box_width) / 2 + shift_x,
-             (image.height - box_height) / 2 + shift_y, box_width, box_height, mirror, canvas);
+  sample_box(to_canvas(image), left, top, box_width, box_height, mirror, canvas);
+  if (options.gamma > 0) change_gamma(canvas, options.gamma, random);
   change_colour(canvas, options, random);
+  if (options.offset > 0) add_offset(canvas, options.offset, random);
+  if (options.grey_patch > 0 && random.uniform() < options.grey_patch) {
+    grey_rectangle(canvas, random);
+  }
   if (random.uniform() < options.low_resolution) {
     lower_resolution(canvas, random.uniform(0.35, 0.8));
   }
   if (random.uniform() < options.blur) gaussian_blur(canvas, random.uniform(0.5, 1.5));
+  if (options.noise > 0) add_noise(canvas, options.noise, random);
   if (random.uniform() < options.erase) erase_rectangle(canvas, random);
   return to_image(canvas);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "trained_network.h"
 
-#include <bit>
+#include "hash.h"
 
 namespace sdmt::train {
 
@@ -58,6 +58,12 @@ std::vector<nn::NamedParameter> TrainedNetwork::parameters() {
 std::vector<nn::NamedTensor> TrainedNetwork::state() {
   std::vector<nn::NamedTensor> result;
   for (auto& [name, parameter] : parameters()) result.push_back({name, &parameter->value});
+  nn::Sequential& trunk = network_.trunk();
+  for (int i = trunk_cut_; i < trunk.size(); ++i) {
+    for (nn::Buffer* buffer : trunk.layer(i).buffers()) {
+      result.push_back({"trunk." + trunk.name(i) + "." + buffer->name, &buffer->value});
+    }
+  }
   for (auto& [name, tensor] : head().named_buffers()) result.push_back({"head." + name, tensor});
   return result;
 }
@@ -72,14 +78,13 @@ void TrainedNetwork::store() {
 }
 
 std::uint64_t TrainedNetwork::front_fingerprint() {
-  std::uint64_t hash = 0xcbf29ce484222325ULL;  // FNV-1a over words
-  for (const auto& [name, parameter] : network_.trunk().named_parameters()) {
-    if (parameter->trainable) continue;
-    for (const float value : parameter->value.values()) {
-      hash = (hash ^ std::bit_cast<std::uint32_t>(value)) * 0x100000001b3ULL;
-    }
+  std::uint64_t state = kEmptyHash;
+  for (int i = 0; i < trunk_cut_; ++i) {
+    nn::Layer& layer = network_.trunk().layer(i);
+    for (const nn::Parameter* parameter : layer.parameters()) hash(state, parameter->value);
+    for (const nn::Buffer* buffer : layer.buffers()) hash(state, buffer->value);
   }
-  return hash;
+  return state;
 }
 
 }  // namespace sdmt::train

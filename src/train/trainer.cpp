@@ -9,6 +9,7 @@
 #include "checkpoint.h"
 #include "feature_cache.h"
 #include "patches.h"
+#include "principal_axes.h"
 #include "random_stream.h"
 #include "sdmt/nn/adam.h"
 #include "sdmt/nn/clip_grad_norm.h"
@@ -17,6 +18,8 @@
 #include "sdmt/train/configuration.h"
 #include "trained_network.h"
 #include "training_configuration.h"
+#include "unlabelled_sampler.h"
+#include "weight_average.h"
 
 namespace sdmt::train {
 
@@ -68,6 +71,9 @@ void TrainerOptions::validate() const {
   require(learning_rate > 0, "learning_rate", learning_rate, "> 0");
   require(trunk_lr_scale > 0, "trunk_lr_scale", trunk_lr_scale, "> 0");
   require(clip_norm > 0, "clip_norm", clip_norm, "> 0");
+  require(teacher_weight > 0, "teacher_weight", teacher_weight, "> 0");
+  require(unlabelled_batch >= 0, "unlabelled_batch", unlabelled_batch, ">= 0");
+  require(average >= 0 && average < 1, "average", average, "a value in [0,1)");
   require(validate_every >= 1, "validate_every", static_cast<double>(validate_every), ">= 1");
 }
 
@@ -77,6 +83,8 @@ struct Trainer::Run {
   TrainerOptions options;
   TrainedNetwork network;
   PkSampler sampler;
+  UnlabelledSampler unlabelled_sampler;
+  Projection teacher;  // [images] or empty
   nn::LearningRateSchedule schedule;
   std::unique_ptr<nn::Optimizer> optimizer;
   Configuration front;
@@ -89,8 +97,9 @@ struct Trainer::Run {
   std::int64_t best_iteration = 0;
   std::vector<double> best_scores;  // by validation set
   std::vector<nn::Tensor> best;     // as network.state()
+  std::optional<WeightAverage> average;
 
-  nn::Tensor patches, features, gradient;
+  nn::Tensor patches, features, gradient, taught;
 
   Run(reid::Model& start, TrainingSet training_set, TrainerOptions training_options)
       : model(start),
@@ -99,12 +108,40 @@ struct Trainer::Run {
         network(model.network, options.tie, options.first_trained,
                 static_cast<float>(options.trunk_lr_scale)),
         sampler(data.identities, static_cast<int>(data.sources.size()), sampler_options(options)),
+        unlabelled_sampler(data.unlabelled, data.unlabelled.empty() ? 0 : options.unlabelled_batch,
+                           options.seed),
         schedule(make_schedule(options)),
         optimizer(make_optimizer(options, network.parameters())),
         front(front_configuration(options, data, network)),
         best_scores(data.validation.size(), 0.0) {
     if (!network.has_front()) options.views = 0;
+    if (options.average > 0) average.emplace(options.average).start(network.state());
+    if (options.teacher_match == TeacherMatch::projection && !data.teacher.empty()) {
+      teacher = project(data.teacher, reid::kEmbeddingSize);
+    } else {
+      teacher.rows = data.teacher;
+    }
     keep_as_best();
+  }
+
+  // Puts the averaged weights, if there are any, into the network, or takes them out again.
+  void swap_average() {
+    if (!average) return;
+    average->swap(network.state());
+    network.parameters_changed();
+  }
+
+  // Loss of the teacher for the images of a batch; adds to `gradient`.
+  double learn_from_teacher(const nn::Tensor& embeddings, const std::vector<int>& images) {
+    nn::Shape shape = teacher.rows.shape();
+    shape.n = static_cast<int>(images.size());
+    taught.resize(shape);
+    for (int i = 0; i < shape.n; ++i) {
+      const float* row = teacher.rows.image(images[static_cast<std::size_t>(i)]);
+      std::copy_n(row, shape.c, taught.image(i));
+    }
+    return teacher_loss<float>(embeddings.values(), taught.values(), shape.n, options.teacher_match,
+                               options.teacher_weight, gradient.values());
   }
 
   FeatureCache::Source training_source() const {
@@ -172,6 +209,7 @@ struct Trainer::Run {
     for (std::size_t i = 0; i < state.size(); ++i) {
       result.tensors.push_back({"state." + state[i].name, state[i].tensor});
       result.tensors.push_back({"best." + state[i].name, &best[i]});
+      if (average) result.tensors.push_back({"average." + state[i].name, &average->values()[i]});
     }
     for (auto& [name, tensor] : optimizer->state()) {
       result.tensors.push_back({"optimizer." + name, tensor});
@@ -188,6 +226,7 @@ Trainer::Trainer(reid::Model& model, TrainingSet data, TrainerOptions options) {
 Trainer::~Trainer() = default;
 
 const TrainingSet& Trainer::data() const { return run_->data; }
+double Trainer::teacher_kept() const { return run_->teacher.kept; }
 
 std::size_t Trainer::cache_bytes() const {
   return run_->options.views == 0 ? 0 : FeatureCache::bytes(run_->network, run_->training_source());
@@ -222,25 +261,33 @@ bool Trainer::finished() const { return run_->iteration >= run_->options.iterati
 TrainingStep Trainer::step() {
   Run& run = *run_;
   const PkSampler::Batch batch = run.sampler.batch(run.iteration);
-  run.fill_features(batch.images);
+  std::vector<int> images = batch.images;  // and then those without identities
+  const auto unlabelled = run.unlabelled_sampler.batch(run.iteration);
+  images.insert(images.end(), unlabelled.begin(), unlabelled.end());
+  run.fill_features(images);
   const nn::Tensor& embeddings = run.network.forward(run.features, nn::Mode::training);
   run.gradient.resize(embeddings.shape());
-  const BatchHardResult result = batch_hard_loss<float>(
-      embeddings.values(), batch.labels, batch.images, run.options.loss, run.gradient.values());
-  if (!std::isfinite(result.loss)) {
+  run.gradient.fill(0.0F);
+  const std::size_t labelled = batch.images.size() * embeddings.shape().image_size();
+  const BatchHardResult result =
+      batch_hard_loss<float>(embeddings.values().first(labelled), batch.labels, batch.images,
+                             run.options.loss, run.gradient.values().first(labelled));
+  TrainingStep report;
+  if (!run.teacher.rows.empty()) report.teacher_loss = run.learn_from_teacher(embeddings, images);
+  if (!std::isfinite(result.loss + report.teacher_loss.value_or(0))) {
     throw std::runtime_error("the loss is not finite at iteration " +
                              std::to_string(run.iteration + 1) + ": lower the learning rate");
   }
   run.optimizer->zero_grad();
   run.network.backward(run.gradient);
 
-  TrainingStep report;
   report.gradient_norm = nn::clip_grad_norm(run.network.parameters(), run.options.clip_norm);
   report.learning_rate = run.schedule.at(run.iteration);
   run.optimizer->set_learning_rate(report.learning_rate);
   run.optimizer->step();
   run.network.parameters_changed();
   report.iteration = ++run.iteration;
+  if (run.average) run.average->add(run.network.state(), run.iteration);
   report.loss = result.loss;
   report.mining = result.mining;
   report.warning = run.monitor.add(result.mining);
@@ -255,6 +302,7 @@ Validation Trainer::validate() {
   Run& run = *run_;
   Validation result;
   std::vector<double> scores;
+  run.swap_average();
   for (std::size_t set = 0; set < run.data.validation.size(); ++set) {
     scores.push_back(reid::validation_auc(run.embed(set), run.data.validation[set].labels));
     result.auc.emplace_back(run.data.validation[set].name, scores.back());
@@ -265,6 +313,7 @@ Validation Trainer::validate() {
     run.best_scores = scores;
     run.keep_as_best();
   }
+  run.swap_average();
   return result;
 }
 
@@ -296,6 +345,7 @@ void Trainer::finish() {
   summary.iterations = run.best_iteration;
   summary.loss = run.options.loss.kind == LossKind::contrastive ? "batch-hard contrastive"
                                                                 : "batch-hard triplet, soft margin";
+  if (!run.teacher.rows.empty()) summary.loss += ", teacher";
   for (std::size_t set = 0; set < run.best_scores.size(); ++set) {
     summary.scores[run.data.validation[set].name + " auc"] = run.best_scores[set];
   }

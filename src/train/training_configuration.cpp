@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "training_configuration.h"
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
+
+#include "hash.h"
 
 namespace sdmt::train {
 
@@ -11,6 +14,13 @@ namespace {
 
 std::string tie_text(const std::optional<BlockGrid>& tie) {
   return tie ? std::to_string(tie->rows) + "x" + std::to_string(tie->columns) : "none";
+}
+
+std::string teacher_text(const nn::Tensor& vectors) {
+  if (vectors.empty()) return "none";
+  std::uint64_t state = kEmptyHash;
+  hash(state, vectors);
+  return std::to_string(state);
 }
 
 }  // namespace
@@ -37,6 +47,11 @@ Configuration front_configuration(const TrainerOptions& options, const TrainingS
   c["low_resolution"] = to_text(a.low_resolution);
   c["blur"] = to_text(a.blur);
   c["erase"] = to_text(a.erase);
+  c["crop"] = to_text(a.crop);
+  c["gamma"] = to_text(a.gamma);
+  c["offset"] = to_text(a.offset);
+  c["grey_patch"] = to_text(a.grey_patch);
+  c["noise"] = to_text(a.noise);
   return c;
 }
 
@@ -63,6 +78,12 @@ Configuration training_configuration(const TrainerOptions& options, const Traini
   c["decay_start"] = to_text(options.decay_start);
   c["final_factor"] = to_text(options.final_factor);
   c["warmup_iterations"] = std::to_string(options.warmup_iterations);
+  c["teacher"] = teacher_text(data.teacher);
+  c["teacher_match"] =
+      options.teacher_match == TeacherMatch::projection ? "projection" : "relations";
+  c["teacher_weight"] = to_text(options.teacher_weight);
+  c["unlabelled_batch"] = std::to_string(options.unlabelled_batch);
+  c["average"] = to_text(options.average);
   c["validate_every"] = std::to_string(options.validate_every);
   return c;
 }

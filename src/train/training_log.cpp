@@ -33,15 +33,15 @@ std::vector<std::string> rows_up_to(const std::filesystem::path& path, std::int6
 
 }  // namespace
 
-TrainingLog::TrainingLog(std::filesystem::path path, std::int64_t iteration)
-    : path_(std::move(path)) {
+TrainingLog::TrainingLog(std::filesystem::path path, std::int64_t iteration, bool has_teacher)
+    : path_(std::move(path)), has_teacher_(has_teacher) {
   const auto kept = rows_up_to(path_, iteration);
   file_.reset(std::fopen(path_.c_str(), "w"));
   if (!file_) {
     throw std::runtime_error(path_.string() +
                              ": cannot be opened for writing: " + std::strerror(errno));
   }
-  write(kHeader);
+  write(std::string(kHeader) + (has_teacher_ ? ",teacher_loss" : ""));
   for (const auto& row : kept) write(row);
 }
 
@@ -56,6 +56,7 @@ void TrainingLog::add(const TrainingStep& step, const Validation* validation,
   }
   line += ",";
   if (validation != nullptr && !validation->auc.empty()) line += to_text(validation->mean_auc);
+  if (has_teacher_) line += "," + to_text(step.teacher_loss.value_or(0));
   write(line);
 }
 

@@ -2,11 +2,14 @@
 #include "sdmt/train/training_set.h"
 
 #include <algorithm>
+#include <cctype>
 #include <map>
 #include <stdexcept>
 #include <utility>
 
+#include "hash.h"
 #include "random_stream.h"
+#include "teacher_vectors.h"
 
 namespace sdmt::train {
 
@@ -23,14 +26,6 @@ People by_person(std::vector<reid::ReidImage> images) {
     if (image.pid != reid::kDistractorPid) people[image.pid].push_back(std::move(image));
   }
   return people;
-}
-
-// FNV-1a, 64 bits.
-void hash(std::uint64_t& state, std::string_view text) {
-  for (const char c : text) {
-    state = (state ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
-  }
-  state = (state ^ 0xFF) * 0x100000001b3ULL;  // so that "ab","c" is not "a","bc"
 }
 
 // Adds the names of one folder's files, in order, to a fingerprint; returns their number.
@@ -68,24 +63,48 @@ People thin(People people, int limit) {
   return people;
 }
 
+// A folder of images without identities, as one person.
+People list_unlabelled(const fs::path& root) {
+  const fs::path folder = reid::split_folder(root, reid::Split::train);
+  std::vector<reid::ReidImage> images;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    std::string ending = entry.path().extension().string();
+    for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const bool hidden = entry.path().filename().string().starts_with('.');
+    if (hidden || (ending != ".jpg" && ending != ".jpeg" && ending != ".png")) continue;
+    images.push_back({entry.path(), 0, 0});
+  }
+  if (images.empty()) {
+    throw std::invalid_argument(folder.string() + ": holds no .jpg or .png image");
+  }
+  std::sort(images.begin(), images.end(),
+            [](const auto& a, const auto& b) { return a.path < b.path; });
+  return {{0, std::move(images)}};
+}
+
+struct DecodedImage {
+  image::Image image;
+  fs::path path;
+};
+
 class Decoder {
  public:
   explicit Decoder(std::size_t total) : unreadable_(total) {}
 
   // The images of each person that can be read.
-  std::vector<std::vector<image::Image>> decode(const People& people) {
+  std::vector<std::vector<DecodedImage>> decode(const People& people) {
     std::vector<fs::path> paths;
     for (const auto& [pid, list] : people) {
       for (const auto& image : list) paths.push_back(image.path);
     }
     auto decoded = media::read_images(paths);
-    std::vector<std::vector<image::Image>> result;
+    std::vector<std::vector<DecodedImage>> result;
     std::size_t at = 0;
     for (const auto& [pid, list] : people) {
       auto& images = result.emplace_back();
       for (std::size_t i = 0; i < list.size(); ++i, ++at) {
         if (decoded[at]) {
-          images.push_back(std::move(*decoded[at]));
+          images.push_back({std::move(*decoded[at]), std::move(paths[at])});
         } else {
           unreadable_.add(paths[at]);
         }
@@ -107,7 +126,7 @@ ValidationSet make_validation_set(std::string name, const People& people, Decode
   int label = 0;
   for (auto& images : decoder.decode(people)) {
     has_pair |= images.size() > 1;
-    for (auto& image : images) {
+    for (auto& [image, path] : images) {
       set.images.push_back(std::move(image));
       set.labels.push_back(label);
     }
@@ -119,18 +138,33 @@ ValidationSet make_validation_set(std::string name, const People& people, Decode
   return set;
 }
 
-void add_identities(TrainingSet& set, const People& people, int source, Decoder& decoder) {
+// Where the images of a training set are from, for the teacher.
+struct Origins {
+  std::vector<fs::path> paths;
+  std::vector<fs::path> roots;
+};
+
+// Moves one person's images behind those of the set; returns their indices.
+std::vector<int> add_images(TrainingSet& set, std::vector<DecodedImage>& images,
+                            const fs::path& root, Origins& origins) {
+  std::vector<int> indices;
+  for (auto& [image, path] : images) {
+    indices.push_back(static_cast<int>(set.images.size()));
+    set.images.push_back(std::move(image));
+    origins.paths.push_back(std::move(path));
+    origins.roots.push_back(root);
+  }
+  return indices;
+}
+
+void add_identities(TrainingSet& set, const People& people, int source, const fs::path& root,
+                    Decoder& decoder, Origins& origins) {
   auto decoded = decoder.decode(people);
   auto person = decoded.begin();
   for (const auto& [pid, list] : people) {
     auto& images = *person++;
     if (images.empty()) continue;
-    Identity identity{source, pid, {}};
-    for (auto& image : images) {
-      identity.images.push_back(static_cast<int>(set.images.size()));
-      set.images.push_back(std::move(image));
-    }
-    set.identities.push_back(std::move(identity));
+    set.identities.push_back({source, pid, add_images(set, images, root, origins)});
   }
 }
 
@@ -158,6 +192,11 @@ std::string set_name(const fs::path& folder) {
 
 void TrainingSetOptions::validate() const {
   if (folders.empty()) throw std::invalid_argument("folders is empty, expected at least one");
+  if (!unlabelled_folders.empty() && teachers.empty()) {
+    throw std::invalid_argument("unlabelled_folders is " + unlabelled_folders.front().string() +
+                                ", but nothing teaches images without identities: expected a "
+                                "file in teachers");
+  }
   if (holdout_identities < 0) {
     throw std::invalid_argument("holdout_identities is " + std::to_string(holdout_identities) +
                                 ", expected >= 0");
@@ -185,6 +224,10 @@ TrainingSet load_training_set(const TrainingSetOptions& options) {
     }
     total += hash_files(people, set.fingerprint);
   }
+  std::vector<People> unlabelled;
+  for (const auto& root : options.unlabelled_folders) {
+    total += hash_files(unlabelled.emplace_back(list_unlabelled(root)), set.fingerprint);
+  }
   for (const auto& root : options.validation_folders) {
     validation.emplace_back(set_name(root), by_person(reid::list_validation_images(root)));
   }
@@ -194,10 +237,21 @@ TrainingSet load_training_set(const TrainingSetOptions& options) {
   }
 
   Decoder decoder(total);
+  Origins origins;
   for (std::size_t source = 0; source < training.size(); ++source) {
-    add_identities(set, training[source], static_cast<int>(source), decoder);
+    add_identities(set, training[source], static_cast<int>(source), options.folders[source],
+                   decoder, origins);
   }
   require_pairs(set, options.folders.front());
+  for (std::size_t source = 0; source < unlabelled.size(); ++source) {
+    for (auto& images : decoder.decode(unlabelled[source])) {
+      const auto added = add_images(set, images, options.unlabelled_folders[source], origins);
+      set.unlabelled.insert(set.unlabelled.end(), added.begin(), added.end());
+    }
+  }
+  if (!options.teachers.empty()) {
+    set.teacher = teacher_vectors(options.teachers, origins.paths, origins.roots);
+  }
   for (const auto& [name, people] : validation) {
     set.validation.push_back(make_validation_set(name, people, decoder));
   }

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <stdexcept>
@@ -172,6 +173,102 @@ TEST(Augmentation, EraseCoversOneRectangle) {
   }
 }
 
+TEST(Augmentation, GammaIsAPowerWithinItsBounds) {
+  image::Image grey(8, 8);
+  std::fill(grey.bgr.begin(), grey.bgr.end(), 64);
+  grey.pixel(0, 0)[0] = 0;
+  grey.pixel(1, 0)[0] = 255;
+  AugmentationOptions options = kNothing;
+  options.gamma = 0.5;
+  double darkest = 255, brightest = 0;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    const image::Image changed = augmented(grey, options, seed);
+    EXPECT_EQ(changed.pixel(0, 0)[0], 0);
+    EXPECT_EQ(changed.pixel(1, 0)[0], 255);
+    darkest = std::min<double>(darkest, changed.pixel(4, 4)[1]);
+    brightest = std::max<double>(brightest, changed.pixel(4, 4)[1]);
+  }
+  EXPECT_NEAR(darkest, 255 * std::pow(64 / 255.0, 1.5), 1);
+  EXPECT_NEAR(brightest, 255 * std::pow(64 / 255.0, 1 / 1.5), 1.5);
+}
+
+TEST(Augmentation, OffsetMovesAllChannelsAlike) {
+  const image::Image image = noise(32, 64, 100, 150);
+  AugmentationOptions options = kNothing;
+  options.offset = 0.1;
+  double largest = 0;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    const image::Image changed = augmented(image, options, seed);
+    const double shift = mean(changed, 0) - mean(image, 0);
+    EXPECT_NEAR(mean(changed, 2) - mean(image, 2), shift, 1.01);
+    largest = std::max(largest, std::abs(shift));
+  }
+  EXPECT_NEAR(largest, 25.5, 2);
+}
+
+TEST(Augmentation, NoiseHasItsDeviationAndNoBias) {
+  image::Image grey(64, 128);
+  std::fill(grey.bgr.begin(), grey.bgr.end(), 128);
+  AugmentationOptions options = kNothing;
+  options.noise = 10;
+  double largest = 0;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    const image::Image changed = augmented(grey, options, seed);
+    double square = 0;
+    for (const auto value : changed.bgr) square += (value - 128.0) * (value - 128.0);
+    largest = std::max(largest, std::sqrt(square / static_cast<double>(changed.bgr.size())));
+    EXPECT_NEAR(mean(changed, 1), 128, 0.5);
+  }
+  EXPECT_NEAR(largest, 10, 0.5);
+}
+
+TEST(Augmentation, AGreyPatchTakesTheColourOfOneRectangle) {
+  const image::Image image = noise(64, 128);
+  AugmentationOptions options = kNothing;
+  options.grey_patch = 1;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const image::Image changed = augmented(image, options, seed);
+    int left = 64, right = 0, top = 128, bottom = 0, count = 0;
+    for (int y = 0; y < 128; ++y) {
+      for (int x = 0; x < 64; ++x) {
+        const std::uint8_t *p = changed.pixel(x, y), *q = image.pixel(x, y);
+        if (std::equal(p, p + 3, q)) continue;
+        EXPECT_EQ(p[0], p[1]);
+        EXPECT_NEAR(p[2], 0.114 * q[0] + 0.587 * q[1] + 0.299 * q[2], 1);
+        left = std::min(left, x);
+        right = std::max(right, x);
+        top = std::min(top, y);
+        bottom = std::max(bottom, y);
+        ++count;
+      }
+    }
+    EXPECT_EQ(count, (right - left + 1) * (bottom - top + 1));
+    EXPECT_GT(count, 100);
+  }
+}
+
+TEST(Augmentation, ACropLosesAtMostAThirdAboveOrBelow) {
+  // Rows tell where they came from.
+  image::Image ramp(16, 201);
+  for (int y = 0; y < ramp.height; ++y) {
+    for (int x = 0; x < ramp.width; ++x) {
+      std::fill_n(ramp.pixel(x, y), 3, static_cast<std::uint8_t>(y));
+    }
+  }
+  AugmentationOptions options = kNothing;
+  options.crop = 1;
+  int first = 0, last = 255;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    const image::Image changed = augmented(ramp, options, seed);
+    const int top = changed.pixel(8, 0)[0], bottom = changed.pixel(8, 200)[0];
+    EXPECT_TRUE(top == 0 || bottom == 200) << top << " " << bottom;
+    first = std::max(first, top);
+    last = std::min(last, bottom);
+  }
+  EXPECT_NEAR(first, 67, 3);
+  EXPECT_NEAR(last, 133, 3);
+}
+
 TEST(Augmentation, TheGeneratorDecides) {
   const image::Image image = noise(40, 90);
   const AugmentationOptions options;
@@ -180,7 +277,7 @@ TEST(Augmentation, TheGeneratorDecides) {
 }
 
 TEST(Augmentation, TinyImagesWork) {
-  const AugmentationOptions all{1, 0.5, 0.5, 1, 1, 1, 1, 1, 1, 1, 1};
+  const AugmentationOptions all{1, 0.5, 0.5, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 9};
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     nn::Random random(seed);
     const image::Image image = augment(noise(1, 1), 64, 128, all, random);

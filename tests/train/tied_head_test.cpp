@@ -86,7 +86,7 @@ TEST(TiedHead, RefusesBlocksThatDoNotFit) {
   }
 }
 
-TEST(nn::AvgPool2d, IsTheMeanOfItsBlocks) {
+TEST(AvgPool2d, IsTheMeanOfItsBlocks) {
   nn::AvgPool2d pool({2, 3});
   const nn::Tensor x = random_tensor({2, 4, 6, 3}, 1);
   nn::Tensor y;
@@ -106,7 +106,7 @@ TEST(nn::AvgPool2d, IsTheMeanOfItsBlocks) {
   }
 }
 
-TEST(nn::AvgPool2d, GradientIsTheDerivative) {
+TEST(AvgPool2d, GradientIsTheDerivative) {
   nn::AvgPool2d pool({2, 1});
   const nn::Tensor x = random_tensor({2, 4, 3, 2}, 2);
   nn::Tensor y, dx;
@@ -127,7 +127,7 @@ TEST(nn::AvgPool2d, GradientIsTheDerivative) {
   EXPECT_NO_THROW(pool.backward(x, y, dy, nullptr));
 }
 
-TEST(nn::AvgPool2d, RefusesMapsThatItsBlocksDoNotFill) {
+TEST(AvgPool2d, RefusesMapsThatItsBlocksDoNotFill) {
   EXPECT_THROW(nn::AvgPool2d({0, 1}), std::invalid_argument);
   const nn::AvgPool2d pool({2, 3});
   EXPECT_THROW(static_cast<void>(pool.output_shape({1, 5, 6, 1})), std::invalid_argument);

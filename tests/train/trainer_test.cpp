@@ -17,51 +17,13 @@
 #include "sdmt/nn/sequential.h"
 #include "sdmt/train/training_log.h"
 #include "train/temporary_data.h"
+#include "train/training_fixture.h"
 
 namespace sdmt::train {
 namespace {
 
 using testing::HasSubstr;
 namespace fs = std::filesystem;
-
-std::string read_file(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "no exception";
-}
-
-// The paper's network on small pictures, so that a step takes milliseconds.
-reid::Model small_model(std::uint64_t seed = 0) {
-  reid::EmbeddingNetworkOptions options;
-  options.height = 16;
-  options.width = 8;
-  reid::Model model{{}, reid::EmbeddingNetwork(options)};
-  model.metadata.preprocessing.height = options.height;
-  model.metadata.preprocessing.width = options.width;
-  model.network.initialize(seed);
-  return model;
-}
-
-TrainerOptions small_options(const std::string& first_trained) {
-  TrainerOptions options;
-  options.iterations = 8;
-  options.identities = 4;
-  options.instances = 3;
-  options.first_trained = first_trained;
-  options.tie = BlockGrid{2, 1};
-  options.views = 2;
-  options.warmup_iterations = 2;
-  options.validate_every = 3;
-  return options;
-}
 
 class TrainerTest : public testing::Test {
  protected:
@@ -83,31 +45,10 @@ class TrainerTest : public testing::Test {
     return load_training_set(options);
   }
 
-  // Trains to `until` and returns the bytes of the model (when finished) or nothing.
-  struct Outcome {
-    std::string bytes;
-    std::vector<double> losses;
-    Validation validation;
-  };
   static Outcome train(const TrainerOptions& options, std::int64_t until = 1000,
                        const fs::path& save = {}, const fs::path& resume = {},
                        const fs::path& cache = {}) {
-    const TemporaryData out;
-    reid::Model model = small_model();
-    Trainer trainer(model, training_set(), options);
-    trainer.prepare({}, cache);
-    if (!resume.empty()) trainer.load_checkpoint(resume);
-    Outcome outcome;
-    while (!trainer.finished() && trainer.iteration() < until) {
-      outcome.losses.push_back(trainer.step().loss);
-      if (trainer.validation_due()) outcome.validation = trainer.validate();
-    }
-    if (!save.empty()) trainer.save_checkpoint(save);
-    if (!trainer.finished()) return outcome;
-    trainer.finish();
-    reid::save_model(out.path() / "model", model);
-    outcome.bytes = read_file(out.path() / "model");
-    return outcome;
+    return train_set(training_set(), options, until, save, resume, cache);
   }
 
   static std::unique_ptr<TemporaryData> data_;

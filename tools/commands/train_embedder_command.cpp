@@ -89,6 +89,17 @@ reid::Model starting_model(const Arguments& arguments) {
 void describe(const train::TrainingSet& set, const Arguments& arguments,
               const train::Trainer& trainer) {
   say(stdout, "training on {} images of {} people\n", set.images.size(), set.identities.size());
+  if (!set.unlabelled.empty()) {
+    say(stdout, "{} of the images are nobody's in particular\n", set.unlabelled.size());
+  }
+  if (!set.teacher.empty()) {
+    say(stdout, "taught by vectors of {} values", set.teacher.shape().c);
+    if (trainer.teacher_kept() < 1) {
+      say(stdout, ", whose {} principal axes keep {:.1f} %", reid::kEmbeddingSize,
+          100 * trainer.teacher_kept());
+    }
+    say(stdout, "\n");
+  }
   for (const auto& validation : set.validation) {
     say(stdout, "validating on {}: {} images of {} people\n", validation.name,
         validation.images.size(), validation.labels.back() + 1);
@@ -111,9 +122,11 @@ std::string scores(const train::Validation& validation) {
 bool run(train::Trainer& trainer, const Arguments& arguments, const StopSignal& stop,
          nlohmann::ordered_json& report) {
   std::optional<train::TrainingLog> log;
-  if (!arguments.log.empty()) log.emplace(arguments.log, trainer.iteration());
-  const auto batch =
-      static_cast<double>(arguments.trainer.identities * arguments.trainer.instances);
+  if (!arguments.log.empty()) {
+    log.emplace(arguments.log, trainer.iteration(), !trainer.data().teacher.empty());
+  }
+  const double batch = arguments.trainer.identities * arguments.trainer.instances +
+                       (trainer.data().unlabelled.empty() ? 0 : arguments.trainer.unlabelled_batch);
   const auto start = Clock::now();
   const auto first = trainer.iteration();
   double loss = 0;
@@ -129,9 +142,10 @@ bool run(train::Trainer& trainer, const Arguments& arguments, const StopSignal& 
       if (trainer.validation_due()) {
         validation = trainer.validate();
         if (!validation->auc.empty()) {
-          say(stdout, "iteration {}: loss {:.5f}, active negatives {:.2f}, validation AUC{}{}\n",
-              step.iteration, step.loss, step.mining.active_negatives, scores(*validation),
-              validation->best ? " (best)" : "");
+          say(stdout, "iteration {}: loss {:.5f}{}, active negatives {:.2f}, validation AUC{}{}\n",
+              step.iteration, step.loss,
+              step.teacher_loss ? fmt::format(", teacher {:.4f}", *step.teacher_loss) : "",
+              step.mining.active_negatives, scores(*validation), validation->best ? " (best)" : "");
           std::fflush(stdout);
         }
         if (validation->best && !validation->auc.empty()) {
@@ -161,7 +175,10 @@ bool run(train::Trainer& trainer, const Arguments& arguments, const StopSignal& 
 void refuse_options_of_the_metric_head(const Arguments& arguments) {
   for (const auto& [option, value] :
        {std::pair("--resume", arguments.resume), std::pair("--log", arguments.log),
-        std::pair("--json", arguments.json), std::pair("--unfreeze", arguments.unfreeze)}) {
+        std::pair("--json", arguments.json), std::pair("--unfreeze", arguments.unfreeze),
+        std::pair("--teacher", arguments.data.teachers.empty()
+                                   ? std::string()
+                                   : arguments.data.teachers.front().string())}) {
     if (value.empty()) continue;
     throw std::invalid_argument(fmt::format("{} goes with --head metric only", option));
   }
@@ -213,12 +230,13 @@ void train_embedder(Arguments arguments) {
   arguments.trainer.validate();
   if (arguments.head == "pair-classifier") refuse_options_of_the_metric_head(arguments);
   // Nobody trains for hours to learn that the result cannot be written.
-  check_outputs({{"--trunk", arguments.trunk}, {"--model", arguments.model}},
-                {{"--output", arguments.output},
-                 {"--checkpoint", arguments.checkpoint},
-                 {"--log", arguments.log},
-                 {"--json", arguments.json},
-                 {"--feature-cache", arguments.feature_cache}});
+  std::vector<NamedPath> inputs{{"--trunk", arguments.trunk}, {"--model", arguments.model}};
+  for (const auto& teacher : arguments.data.teachers) inputs.push_back({"--teacher", teacher});
+  check_outputs(inputs, {{"--output", arguments.output},
+                         {"--checkpoint", arguments.checkpoint},
+                         {"--log", arguments.log},
+                         {"--json", arguments.json},
+                         {"--feature-cache", arguments.feature_cache}});
 
   const StopSignal stop;
   reid::Model model = starting_model(arguments);
@@ -269,6 +287,13 @@ void add_data_options(CLI::App& command, Arguments& a) {
                   "Data set in Market-1501's layout, or a folder of its images; several at once, "
                   "their people taken to be different")
       ->required();
+  command.add_option("--unlabelled", a.data.unlabelled_folders,
+                     "Folder of images without identities, which learn from the teacher only; "
+                     "several at once");
+  command
+      .add_option("--unlabelled-batch", a.trainer.unlabelled_batch,
+                  "Images without identities in a batch, beside those of people")
+      ->capture_default_str();
   command.add_option("--data-weights", a.trainer.source_weights,
                      "Share of each --data in a batch [as many as it has people]");
   command
@@ -308,6 +333,23 @@ void add_model_options(CLI::App& command, Arguments& a) {
       ->type_name("NAME");
 }
 
+void add_teacher_options(CLI::App& command, Arguments& a) {
+  command
+      .add_option("--teacher", a.data.teachers,
+                  "Vectors of another network for all images, as `sdmt embed` writes them; several "
+                  "files together are one teacher")
+      ->type_name("FILE");
+  command
+      .add_option("--teacher-match", a.trainer.teacher_match,
+                  "projection: the teacher's vectors, in their principal axes where they have more "
+                  "dimensions; relations: dot products of the images of a batch [projection]")
+      ->transform(by_name<train::TeacherMatch>({{"projection", train::TeacherMatch::projection},
+                                                {"relations", train::TeacherMatch::relations}}))
+      ->type_name("NAME");
+  command.add_option("--teacher-weight", a.trainer.teacher_weight, "Of the teacher's loss")
+      ->capture_default_str();
+}
+
 void add_optimisation_options(CLI::App& command, train::TrainerOptions& o) {
   command.add_option("--iterations", o.iterations)->capture_default_str();
   command.add_option("--identities", o.identities, "People in a batch (P)")->capture_default_str();
@@ -339,6 +381,11 @@ void add_optimisation_options(CLI::App& command, train::TrainerOptions& o) {
   command.add_option("--final-lr", o.final_factor, "Last learning rate, relative to the first")
       ->capture_default_str();
   command.add_option("--warmup", o.warmup_iterations, "Iterations")->capture_default_str();
+  command
+      .add_option("--average", o.average,
+                  "Moving average of the weights, validated and saved in their place: what a step "
+                  "keeps of it, such as 0.999; 0: none")
+      ->capture_default_str();
   command.add_option("--seed", o.seed)->capture_default_str();
 }
 
@@ -363,6 +410,11 @@ void add_augmentation_options(CLI::App& command, train::TrainerOptions& o) {
   add("--low-resolution", a.low_resolution, "Probability of a lower resolution");
   add("--blur", a.blur, "Probability of a blur");
   add("--erase", a.erase, "Probability of an erased rectangle");
+  add("--crop", a.crop, "Probability of losing up to a third of the height");
+  add("--gamma", a.gamma, "Power of the values, up to 1 + this");
+  add("--offset", a.offset, "Added to all channels, fraction of their range");
+  add("--grey-patch", a.grey_patch, "Probability of a rectangle without colour");
+  add("--noise", a.noise, "Largest deviation of noise, of 255");
 }
 
 void add_file_options(CLI::App& command, Arguments& a) {
@@ -384,6 +436,7 @@ void add_train_embedder_command(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   add_data_options(*command, *arguments);
   add_model_options(*command, *arguments);
+  add_teacher_options(*command, *arguments);
   add_optimisation_options(*command, arguments->trainer);
   add_augmentation_options(*command, arguments->trainer);
   add_file_options(*command, *arguments);

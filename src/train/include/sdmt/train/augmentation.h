@@ -19,8 +19,14 @@ struct AugmentationOptions {
   double grey = 0.0;            ///< probability of losing all colour
   double low_resolution = 0.3;  ///< probability of shrinking to 0.35 .. 0.8 and back
   double blur = 0.0;            ///< probability of a Gaussian blur, sigma 0.5 .. 1.5 pixels
-  double erase = 0.3;  ///< probability of a rectangle of mean colour, 0.1-0.35 x 0.2-0.6 of the
-                       ///< crop (random erasing, Zhong et al., AAAI 2020)
+  double erase = 0.3;   ///< probability of a rectangle of mean colour, 0.1-0.35 x 0.2-0.6 of the
+                        ///< crop (random erasing, Zhong et al., AAAI 2020)
+  double crop = 0.0;    ///< probability of losing up to a third of the height, above or below
+  double gamma = 0.0;   ///< values of 0..1 to the power of 1/(1+g) .. 1+g, <= 10
+  double offset = 0.0;  ///< all channels plus up to this fraction of their range, each way, <= 1
+  double grey_patch = 0.0;  ///< probability of a rectangle without colour, as large as with erase
+                            ///< (local grayscale patches, Gong et al., 2021)
+  double noise = 0.0;       ///< standard deviation of the noise of each value is 0 .. this, of 255
 
   /// Throws std::invalid_argument naming field, value and bound.
   void validate() const;

@@ -16,6 +16,7 @@
 #include "sdmt/train/augmentation.h"
 #include "sdmt/train/batch_hard_loss.h"
 #include "sdmt/train/pk_sampler.h"
+#include "sdmt/train/teacher_loss.h"
 #include "sdmt/train/tied_head.h"
 #include "sdmt/train/training_set.h"
 
@@ -30,6 +31,13 @@ struct TrainerOptions {
   int identities = 32;                 ///< P of PkSamplerOptions
   int instances = 4;                   ///< K of PkSamplerOptions
   std::vector<double> source_weights;  ///< see PkSamplerOptions
+
+  /// With TrainingSet::teacher, its loss is added to that of the people's identities, times a
+  /// weight > 0.
+  TeacherMatch teacher_match = TeacherMatch::projection;
+  double teacher_weight = 1.0;
+  /// Images without identities in a batch beside the P x K, >= 0; none when the set has none.
+  int unlabelled_batch = 32;
 
   /// First layer that is trained, all before it stay as they are: a convolution of the trunk
   /// ("conv1_1": the whole network, "conv3_1": its last block), or "fc1": the head only.
@@ -51,7 +59,10 @@ struct TrainerOptions {
   double decay_start = 0.0;             ///< fraction of the iterations, in [0,1]
   double final_factor = 0.02;           ///< last learning rate / plateau, in (0,1]
   std::int64_t warmup_iterations = 20;  ///< >= 0
-  std::int64_t validate_every = 100;    ///< iterations, >= 1; also after the last
+  /// Exponential moving average of the weights and running statistics, validated and saved in their
+  /// place: what a step keeps of it, in [0, 1) (0.999 suits some 10,000 iterations). 0: none.
+  double average = 0.0;
+  std::int64_t validate_every = 100;  ///< iterations, >= 1; also after the last
 
   /// Throws std::invalid_argument naming field, value and bound.
   void validate() const;
@@ -59,8 +70,9 @@ struct TrainerOptions {
 
 /// One optimiser step.
 struct TrainingStep {
-  std::int64_t iteration = 0;  ///< counted from 1
-  double loss = 0;
+  std::int64_t iteration = 0;          ///< counted from 1
+  double loss = 0;                     ///< of the identities
+  std::optional<double> teacher_loss;  ///< of the teacher, before its weight; absent: no teacher
   MiningStatistics mining;
   double learning_rate = 0;
   double gradient_norm = 0;  ///< before clipping
@@ -87,6 +99,9 @@ class Trainer {
   Trainer& operator=(const Trainer&) = delete;
 
   const TrainingSet& data() const;
+  /// Share of the teacher's vectors (of their squared lengths) that is left after their projection
+  /// to the dimensions of the network, 0..1; 1 where nothing is projected.
+  double teacher_kept() const;
 
   using Progress = std::function<void(std::int64_t done, std::int64_t total)>;
 
@@ -110,7 +125,7 @@ class Trainer {
   Validation validate();
 
   /// Writes everything that determines the steps to come, whole or not at all. The file is also a
-  /// model file with the present weights. Throws as io::OutputFile.
+  /// model file with the present weights (the average is beside them). Throws as io::OutputFile.
   void save_checkpoint(const std::filesystem::path& path);
   /// Goes on where a checkpoint was written. Throws std::invalid_argument naming the setting when
   /// it belongs to another configuration, or the tensor when it is damaged.

@@ -13,14 +13,16 @@ namespace sdmt::train {
 
 /// A CSV file with one row an iteration, readable while the training runs: iteration, loss,
 /// mean_distance, hardest_positive, hardest_negative, active_negatives, spread, learning_rate,
-/// gradient_norm, images_per_second, validation_auc (empty when not validated).
+/// gradient_norm, images_per_second, validation_auc (empty when not validated), and
+/// with a teacher teacher_loss.
 /// As a log it grows row by row, unlike the project's other files.
 class TrainingLog {
  public:
   /// Begins a new file; for a training that goes on after `iteration` steps (> 0) an older file of
   /// that name keeps its rows up to there. Throws std::runtime_error naming the file when it cannot
   /// be written.
-  explicit TrainingLog(std::filesystem::path path, std::int64_t iteration = 0);
+  explicit TrainingLog(std::filesystem::path path, std::int64_t iteration = 0,
+                       bool has_teacher = false);
   /// `validation` may be null. Throws as the constructor.
   void add(const TrainingStep& step, const Validation* validation, double images_per_second);
 
@@ -28,6 +30,7 @@ class TrainingLog {
   void write(const std::string& line);
 
   std::filesystem::path path_;
+  bool has_teacher_;
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };

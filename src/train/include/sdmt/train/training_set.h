@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sdmt/media/image_file.h"
+#include "sdmt/nn/tensor.h"
 #include "sdmt/reid/market1501.h"
 
 namespace sdmt::train {
@@ -31,6 +32,8 @@ struct ValidationSet {
 struct TrainingSet {
   std::vector<image::Image> images;
   std::vector<Identity> identities;
+  std::vector<int> unlabelled;       ///< indices into images: those that nobody has named
+  nn::Tensor teacher;                ///< a vector for each image [images,1,1,d]; empty: no teacher
   std::vector<std::string> sources;  ///< names of the folders
   std::vector<ValidationSet> validation;
   std::vector<std::filesystem::path> unreadable;  ///< left out
@@ -44,6 +47,14 @@ struct TrainingSetOptions {
   /// Data sets in Market-1501's layout (their train split) or folders of images. Their people are
   /// taken to be different: pid 5 of one folder is not pid 5 of another. At least one.
   std::vector<std::filesystem::path> folders;
+  /// Folders of images without identities, whatever the files' names, or data sets whose names are
+  /// not to be used (their train split). They learn from the teacher only, so there must be one.
+  std::vector<std::filesystem::path> unlabelled_folders;
+  /// Files of a teacher's vectors (reid::EmbeddingFile), together one for each image. An image is
+  /// known to them by the name of its folder and what follows,
+  /// "cuhk03/bounding_box_train/NAME.jpg": a name in a file may have more before that, but no two
+  /// images may share it.
+  std::vector<std::filesystem::path> teachers;
   /// People of every folder kept out of the training, drawn by the seed, as one validation set a
   /// folder; >= 0.
   int holdout_identities = 0;
@@ -61,7 +72,8 @@ struct TrainingSetOptions {
 /// Lists and decodes the images. Distractors are no people and are left out.
 /// Throws std::invalid_argument as the readers of the folders do; when fewer than two people
 /// remain, when nobody has two images, when a validation set has no two images of one person or
-/// not two people; and when more than 1 % of the images cannot be read.
+/// not two people; when more than 1 % of the images cannot be read; and when the teacher has no
+/// vector of an image, or two.
 TrainingSet load_training_set(const TrainingSetOptions& options);
 
 }  // namespace sdmt::train

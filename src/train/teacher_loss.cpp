@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/train/teacher_loss.h"
+
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace sdmt::train {
+
+namespace {
+
+template <typename T>
+double dot(const T* a, const T* b, std::size_t size) {
+  double sum = 0;
+#pragma omp simd reduction(+ : sum)
+  for (std::size_t k = 0; k < size; ++k) sum += static_cast<double>(a[k]) * b[k];
+  return sum;
+}
+
+template <typename T>
+double match_vectors(std::span<const T> embeddings, std::span<const T> teacher, int images,
+                     double weight, std::span<T> gradient) {
+  double loss = 0;
+  for (std::size_t k = 0; k < embeddings.size(); ++k) {
+    const double difference = static_cast<double>(embeddings[k]) - teacher[k];
+    loss += difference * difference / images;
+    gradient[k] += static_cast<T>(2 * weight * difference / images);
+  }
+  return loss;
+}
+
+template <typename T>
+double match_relations(std::span<const T> embeddings, std::span<const T> teacher,
+                       std::size_t images, double weight, std::span<T> gradient) {
+  const std::size_t size = embeddings.size() / images, teacher_size = teacher.size() / images;
+  const double share = 1.0 / (static_cast<double>(images) * static_cast<double>(images - 1));
+  std::vector<double> losses(images, 0.0);  // by image, so that no thread decides the order
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < images; ++i) {
+    const T* e = embeddings.data() + i * size;
+    std::vector<double> pull(size, 0.0);
+    for (std::size_t j = 0; j < images; ++j) {
+      if (j == i) continue;
+      const T* other = embeddings.data() + j * size;
+      const double difference =
+          dot(e, other, size) -
+          dot(teacher.data() + i * teacher_size, teacher.data() + j * teacher_size, teacher_size);
+      losses[i] += share * difference * difference;
+      // Each pair occurs twice in the mean, with i first and with j first.
+      const double factor = 4 * weight * share * difference;
+      for (std::size_t k = 0; k < size; ++k) pull[k] += factor * other[k];
+    }
+    for (std::size_t k = 0; k < size; ++k) gradient[i * size + k] += static_cast<T>(pull[k]);
+  }
+  double loss = 0;
+  for (const double part : losses) loss += part;
+  return loss;
+}
+
+}  // namespace
+
+template <typename T>
+double teacher_loss(std::span<const T> embeddings, std::span<const T> teacher, int images,
+                    TeacherMatch match, double weight, std::span<T> gradient) {
+  const auto count = static_cast<std::size_t>(images);
+  const bool fits = images >= 1 && embeddings.size() % count == 0 && teacher.size() % count == 0 &&
+                    gradient.size() == embeddings.size();
+  const bool right =
+      match == TeacherMatch::projection ? teacher.size() == embeddings.size() : images >= 2;
+  if (!fits || !right) {
+    throw std::invalid_argument("teacher loss: " + std::to_string(images) + " images with " +
+                                std::to_string(embeddings.size()) + " values, " +
+                                std::to_string(teacher.size()) + " of the teacher and " +
+                                std::to_string(gradient.size()) + " of the gradient");
+  }
+  return match == TeacherMatch::projection
+             ? match_vectors(embeddings, teacher, images, weight, gradient)
+             : match_relations(embeddings, teacher, count, weight, gradient);
+}
+
+template double teacher_loss(std::span<const float>, std::span<const float>, int, TeacherMatch,
+                             double, std::span<float>);
+template double teacher_loss(std::span<const double>, std::span<const double>, int, TeacherMatch,
+                             double, std::span<double>);
+
+}  // namespace sdmt::train
