@@ -18,6 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path full_path(const fs::path& path) {
+  if (path.empty()) return path;
   fs::path normal = fs::absolute(path).lexically_normal();
   return normal.has_filename() ? normal : normal.parent_path();
 }

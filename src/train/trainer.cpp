@@ -117,7 +117,8 @@ struct Trainer::Run {
     if (!network.has_front()) options.views = 0;
     if (options.average > 0) average.emplace(options.average).start(network.state());
     if (options.teacher_match == TeacherMatch::projection && !data.teacher.empty()) {
-      teacher = project(data.teacher, reid::kEmbeddingSize);
+      const nn::Shape map = model.network.trunk().output_shape(model.network.input_shape(1));
+      teacher = project(data.teacher, model.network.head().output_shape(map).c);
     } else {
       teacher.rows = data.teacher;
     }

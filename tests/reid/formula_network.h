@@ -11,7 +11,7 @@
 #include "sdmt/image/patch.h"
 #include "sdmt/reid/model_file.h"
 
-namespace sdmt::nn::testing_support {
+namespace sdmt::reid::testing_support {
 
 // The weights and pictures of tests/parity/parity_network.py, computed by the same formula.
 
@@ -57,8 +57,8 @@ struct FormulaCrop {
       }
     }
   }
-  ImageView view() const { return {pixels.data(), width, height, width * 3, ChannelOrder::bgr}; }
-  PixelRect rect() const { return {0, 0, 1.0 * width, 1.0 * height}; }
+  image::ImageView view() const { return {pixels.data(), width, height, width * 3, image::ChannelOrder::bgr}; }
+  image::PixelRect rect() const { return {0, 0, 1.0 * width, 1.0 * height}; }
 
   int height;
   int width;
@@ -68,7 +68,7 @@ struct FormulaCrop {
 // Writes the model file, values in the order of the file (which is PyTorch's).
 inline void write_formula_model(const std::filesystem::path& path) {
   const EmbeddingNetwork network;  // for the names and shapes
-  SafetensorsWriter writer;
+  io::SafetensorsWriter writer;
   writer.set_metadata(kModelMetadataKey, to_json({}));
   std::uint32_t stream = 0;
   for (const auto& tensor : network.stored_tensors()) {
@@ -88,7 +88,7 @@ inline void write_formula_model(const std::filesystem::path& path) {
       high = 0.5F;
     }
     const std::size_t count = tensor.value->size();
-    writer.add(tensor.name, DType::f32, tensor.file_shape, [=](const auto& sink) {
+    writer.add(tensor.name, io::DType::f32, tensor.file_shape, [=](const auto& sink) {
       const auto values = uniform(count, stream, low, high);
       sink(std::as_bytes(std::span<const float>(values)));
     });
@@ -96,4 +96,4 @@ inline void write_formula_model(const std::filesystem::path& path) {
   writer.write(path);
 }
 
-}  // namespace sdmt::nn::testing_support
+}  // namespace sdmt::reid::testing_support

@@ -223,7 +223,8 @@ TEST(Augmentation, NoiseHasItsDeviationAndNoBias) {
 }
 
 TEST(Augmentation, AGreyPatchTakesTheColourOfOneRectangle) {
-  const image::Image image = noise(64, 128);
+  image::Image image = noise(64, 128);
+  for (std::size_t i = 0; i < image.bgr.size(); i += 3) image.bgr[i] = 10;  // no pixel is grey
   AugmentationOptions options = kNothing;
   options.grey_patch = 1;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {

@@ -36,7 +36,7 @@ std::vector<float> floats(const io::Safetensors& file, const std::string& name) 
 reid::Model formula_model() {
   const fs::path path =
       fs::path(testing::TempDir()) / ("training-" + std::to_string(::getpid()) + ".safetensors");
-  nn::testing_support::write_formula_model(path);
+  reid::testing_support::write_formula_model(path);
   reid::Model model = reid::load_model(path);
   fs::remove(path);
   return model;
@@ -102,7 +102,7 @@ TEST_P(TrainingParity, LossGradientsAndTenSteps) {
   const int batch = static_cast<int>(kLabels.size());
   nn::Tensor patches(network.input_shape(batch));
   for (int i = 0; i < batch; ++i) {
-    const nn::testing_support::FormulaCrop crop(i);
+    const reid::testing_support::FormulaCrop crop(i);
     ASSERT_TRUE(image::extract_patch(crop.view(), crop.rect(), {}, patches.image(i)));
   }
   auto parameters = network.trunk().named_parameters();

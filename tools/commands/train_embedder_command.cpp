@@ -95,8 +95,7 @@ void describe(const train::TrainingSet& set, const Arguments& arguments,
   if (!set.teacher.empty()) {
     say(stdout, "taught by vectors of {} values", set.teacher.shape().c);
     if (trainer.teacher_kept() < 1) {
-      say(stdout, ", whose {} principal axes keep {:.1f} %", reid::kEmbeddingSize,
-          100 * trainer.teacher_kept());
+      say(stdout, ", of which the principal axes keep {:.1f} %", 100 * trainer.teacher_kept());
     }
     say(stdout, "\n");
   }
