@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// One case for each heavy layer of the network, forward and backward. The rate counts the
-// multiplications and additions of the direct convolution, whatever the kernel saves.
+// One case for each heavy layer of the paper's network, forward and backward, and a small network
+// whole and layer by layer. The rate counts the multiplications and additions of the direct
+// convolution, whatever the kernel saves.
 //   bench_nn --benchmark_filter='forward.*' --benchmark_min_time=1
 #include <benchmark/benchmark.h>
 
 #include <string>
 
+#include "lite_network.h"
+#include "sdmt/nn/adam.h"
 #include "sdmt/nn/conv2d.h"
 #include "sdmt/nn/linear.h"
 #include "sdmt/nn/random.h"
@@ -42,20 +45,16 @@ double flops(const ConvolutionCase& c, int batch) {
   return 18.0 * batch * c.height * c.width * c.in * c.out;
 }
 
-Conv2d make(const ConvolutionCase& c) {
-  return Conv2d({.in_channels = c.in, .out_channels = c.out});
-}
-
 void forward(benchmark::State& state, const ConvolutionCase& c) {
   const int batch = static_cast<int>(state.range(0));
   Random random(2);
-  Conv2d conv = make(c);
-  conv.reset_parameters(random);
+  auto conv = std::make_unique<Conv2d>(Conv2dOptions{.in_channels = c.in, .out_channels = c.out});
+  conv->reset_parameters(random);
+  Sequential net;
+  net.add("conv", std::move(conv)).add("relu", std::make_unique<ReLU>());
+  if (c.pool) net.add("pool", std::make_unique<MaxPool2d>());
   const Tensor x = uniform_tensor({batch, c.height, c.width, c.in});
-  Tensor y;
-  for (auto _ : state) {
-    conv.forward_fused(x, y, c.pool ? Fusion::relu_max_pool : Fusion::relu);
-  }
+  for (auto _ : state) net.forward(x, Mode::inference);
   set_rate(state, flops(c, batch));
 }
 
@@ -63,7 +62,7 @@ void forward(benchmark::State& state, const ConvolutionCase& c) {
 void backward(benchmark::State& state, const ConvolutionCase& c, bool weights) {
   const int batch = static_cast<int>(state.range(0));
   Random random(2);
-  Conv2d conv = make(c);
+  Conv2d conv({.in_channels = c.in, .out_channels = c.out});
   conv.reset_parameters(random);
   conv.weight().trainable = conv.bias().trainable = weights;
   const Tensor x = uniform_tensor({batch, c.height, c.width, c.in});
@@ -92,6 +91,71 @@ void fully_connected(benchmark::State& state, bool back) {
   set_rate(state, (back ? 4.0 : 2.0) * batch * 32 * 16 * 256 * 128);
 }
 
+constexpr double kLiteFlops = 0.213e9;
+
+Tensor crops(int batch) { return uniform_tensor({batch, 128, 64, 3}); }
+
+void lite_forward(benchmark::State& state) {
+  const int batch = static_cast<int>(state.range(0));
+  Sequential net;
+  build_lite(net);
+  const Tensor x = crops(batch);
+  for (auto _ : state) net.forward(x, Mode::inference);
+  set_rate(state, kLiteFlops * batch);
+}
+
+/// Forward, backward and Adam.
+void lite_step(benchmark::State& state) {
+  const int batch = static_cast<int>(state.range(0));
+  Sequential net;
+  build_lite(net);
+  Adam adam(net.named_parameters(), {});
+  const Tensor x = crops(batch);
+  const Tensor dy = uniform_tensor({batch, 1, 1, 128});
+  for (auto _ : state) {
+    adam.zero_grad();
+    net.forward(x, Mode::training);
+    net.backward(dy);
+    adam.step();
+    net.parameters_changed();
+  }
+  set_rate(state, 3.0 * kLiteFlops * batch);
+}
+
+/// One layer alone in training.
+void lite_layer(benchmark::State& state, int index, bool back) {
+  Sequential net;
+  build_lite(net);
+  const Tensor images = crops(128);
+  Tensor x = net.forward(images, Mode::training, 0, index);
+  Tensor y;
+  Tensor dx;
+  Layer& layer = net.layer(index);
+  layer.forward(x, y, Mode::training);
+  const Tensor dy = uniform_tensor(y.shape());
+  for (auto _ : state) {
+    if (back) {
+      layer.backward(x, y, dy, index == 0 ? nullptr : &dx);
+    } else {
+      layer.forward(x, y, Mode::training);
+    }
+  }
+}
+
+void register_lite() {
+  constexpr auto kUnit = benchmark::kMillisecond;
+  benchmark::RegisterBenchmark("lite/forward", lite_forward)->Arg(1)->Arg(8)->Arg(40)->Unit(kUnit);
+  benchmark::RegisterBenchmark("lite/step", lite_step)->Arg(128)->Unit(kUnit);
+  Sequential net;
+  build_lite(net);
+  for (int i = 0; i < net.size(); ++i) {
+    for (const bool back : {false, true}) {
+      const std::string name = std::string("lite/") + (back ? "backward/" : "forward/");
+      benchmark::RegisterBenchmark((name + net.name(i)).c_str(), lite_layer, i, back)->Unit(kUnit);
+    }
+  }
+}
+
 void register_cases() {
   for (const ConvolutionCase& c : kConvolutions) {
     const std::string name = c.name;
@@ -109,6 +173,7 @@ void register_cases() {
 
 int main(int argc, char** argv) {
   sdmt::nn::register_cases();
+  sdmt::nn::register_lite();
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
   return 0;

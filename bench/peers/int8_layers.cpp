@@ -6,14 +6,18 @@
 #include <cmath>
 #include <cstdlib>
 #include <exception>
+#include <memory>
 #include <oneapi/dnnl/dnnl.hpp>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "peer.h"
 #include "sdmt/nn/conv2d.h"
 #include "sdmt/nn/random.h"
+#include "sdmt/nn/relu.h"
+#include "sdmt/nn/sequential.h"
 
 namespace {
 
@@ -115,12 +119,15 @@ void compare(int batch, int rounds) {
               "int8 error");
   for (const LayerCase& layer : kLayers) {
     nn::Random random(1);
-    nn::Conv2d conv({.in_channels = layer.in, .out_channels = layer.out, .bias = false});
+    auto owned = std::make_unique<nn::Conv2d>(
+        nn::Conv2dOptions{.in_channels = layer.in, .out_channels = layer.out, .bias = false});
+    nn::Conv2d& conv = *owned;
     conv.reset_parameters(random);
+    nn::Sequential net;
+    net.add("conv", std::move(owned)).add("relu", std::make_unique<nn::ReLU>());
     nn::Tensor x({batch, layer.height, layer.width, layer.in});
     for (float& value : x.values()) value = static_cast<float>(random.uniform(0.0, 1.0));
-    nn::Tensor y;
-    conv.forward_fused(x, y, nn::Fusion::relu);
+    const nn::Tensor y = net.forward(x, nn::Mode::inference);
     const float largest = *std::max_element(y.values().begin(), y.values().end());
     Int8Convolution int8(conv, x, largest);
     int8.run();
@@ -131,7 +138,7 @@ void compare(int batch, int rounds) {
     error /= static_cast<double>(y.size());
     std::vector<double> times[2];
     for (int round = 0; round < rounds; ++round) {
-      times[0].push_back(peers::milliseconds([&] { conv.forward_fused(x, y, nn::Fusion::relu); }));
+      times[0].push_back(peers::milliseconds([&] { net.forward(x, nn::Mode::inference); }));
       times[1].push_back(peers::milliseconds([&] { int8.run(); }));
     }
     const double ours = median(times[0]);

@@ -54,10 +54,14 @@ Shape BatchNorm::output_shape(Shape in) const {
   return in;
 }
 
-void BatchNorm::forward(const Tensor& x, Tensor& y, Mode mode) {
+void BatchNorm::forward(const Tensor& x, Tensor& y, Mode mode) { forward(x, y, mode, false); }
+
+void BatchNorm::forward(const Tensor& x, Tensor& y, Mode mode, bool relu) {
   output_shape(x.shape());
   if (mode == Mode::training) move_to_batch(x);
-  channel_affine(x, affine(mode == Mode::training ? *batch_ : running_statistics()), y);
+  ChannelAffine steps = affine(mode == Mode::training ? *batch_ : running_statistics());
+  steps.relu = relu;
+  channel_affine(x, steps, y);
 }
 
 void BatchNorm::move_to_batch(const Tensor& x) {
@@ -100,7 +104,12 @@ ChannelAffine BatchNorm::affine(const ChannelStatistics& statistics) const {
 }
 
 void BatchNorm::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* dx) {
-  const ChannelAffine forward = affine(*batch_);
+  backward(x, dy, dx, false);
+}
+
+void BatchNorm::backward(const Tensor& x, const Tensor& dy, Tensor* dx, bool relu) {
+  ChannelAffine forward = affine(*batch_);
+  forward.relu = relu;
   const ChannelGradientSums sums = channel_gradient_sums(x, dy, *batch_, forward);
   const auto add = [](Parameter& parameter, const ChannelValues& sum) {
     if (!parameter.trainable) return;

@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nn/every_target.h"
@@ -20,6 +22,7 @@
 #include "sdmt/nn/linear.h"
 #include "sdmt/nn/max_pool2d.h"
 #include "sdmt/nn/relu.h"
+#include "sdmt/nn/sequential.h"
 
 namespace sdmt::nn {
 namespace {
@@ -63,7 +66,8 @@ TEST_P(LayerForward, Conv2dEqualsSevenLoops) {
     const int smallest = std::max(1, options.kernel_size - 2 * options.padding);
     const Shape in{random_int(1, 3, random), random_int(smallest, 17, random),
                    random_int(smallest, 17, random), options.in_channels};
-    Conv2d conv(options);
+    auto layer = std::make_unique<Conv2d>(options);
+    Conv2d& conv = *layer;
     conv.weight().value = random_tensor(conv.weight().value.shape(), random);
     if (options.bias) conv.bias().value = random_tensor(conv.bias().value.shape(), random);
     conv.parameters_changed();
@@ -78,11 +82,15 @@ TEST_P(LayerForward, Conv2dEqualsSevenLoops) {
       conv.forward(x, y, mode);
       EXPECT_LT(relative_error(y, expected), mode == Mode::training ? kSmallTiles : kLargeTiles);
     }
-    conv.forward_fused(x, y, Fusion::relu);
-    EXPECT_LT(relative_error(y, oracle::relu(expected)), kLargeTiles);
+    // What follows a convolution runs together with it in a sequence.
+    Sequential net;
+    net.add("conv", std::move(layer)).add("relu", std::make_unique<ReLU>());
+    EXPECT_LT(relative_error(net.forward(x, Mode::inference), oracle::relu(expected)), kLargeTiles);
     if (expected.shape.h < 2 || expected.shape.w < 2) continue;
-    conv.forward_fused(x, y, Fusion::relu_max_pool);
-    EXPECT_LT(relative_error(y, oracle::max_pool2d(oracle::relu(expected))), kLargeTiles);
+    net.add("pool", std::make_unique<MaxPool2d>());
+    EXPECT_LT(
+        relative_error(net.forward(x, Mode::inference), oracle::max_pool2d(oracle::relu(expected))),
+        kLargeTiles);
   }
 }
 

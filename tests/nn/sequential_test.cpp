@@ -5,9 +5,11 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "nn/random_tensor.h"
@@ -40,6 +42,45 @@ void build(Sequential& net, std::uint64_t seed) {
       .add("fc", std::move(fc))
       .add("bn", std::make_unique<BatchNorm>(BatchNormOptions{.num_features = 9}))
       .add("l2", std::make_unique<L2Normalize>());
+}
+
+/// Each convolution normalised, for [n,17,13,3]; what is folded or fused, and a layer between that
+/// is neither.
+void build_normalized(Sequential& net, std::uint64_t seed) {
+  Random random(seed);
+  const auto conv = [&](int in, int out, int stride, bool bias) {
+    auto layer = std::make_unique<Conv2d>(
+        Conv2dOptions{.in_channels = in, .out_channels = out, .stride = stride, .bias = bias});
+    layer->reset_parameters(random);
+    return layer;
+  };
+  const auto norm = [&](int channels) {
+    auto layer = std::make_unique<BatchNorm>(BatchNormOptions{.num_features = channels});
+    for (Tensor* tensor : {&layer->weight().value, &layer->bias().value,
+                           &layer->running_mean().value, &layer->running_var().value}) {
+      for (float& value : tensor->values()) value = static_cast<float>(random.uniform(0.2, 1.2));
+    }
+    return layer;
+  };
+  auto fc = std::make_unique<Linear>(LinearOptions{.in_features = 2 * 1 * 16, .out_features = 9});
+  fc->reset_parameters(random);
+  net.add("conv1", conv(3, 16, 2, false))
+      .add("bn1", norm(16))
+      .add("relu1", std::make_unique<ReLU>())
+      .add("conv2", conv(16, 24, 1, true))
+      .add("bn2", norm(24))
+      .add("relu2", std::make_unique<ReLU>())
+      .add("pool2", std::make_unique<MaxPool2d>())
+      .add("conv3", conv(24, 16, 1, false))
+      .add("bn3", norm(16))
+      .add("pool3", std::make_unique<MaxPool2d>())
+      .add("relu3", std::make_unique<ReLU>())
+      .add("bn4", norm(16))
+      .add("relu4", std::make_unique<ReLU>())
+      .add("fc", std::move(fc))
+      .add("relu5", std::make_unique<ReLU>())
+      .add("bn5", norm(9))
+      .add("relu6", std::make_unique<ReLU>());
 }
 
 std::vector<float> copy(const Tensor& tensor) {
@@ -153,6 +194,77 @@ TEST(Sequential, BackwardEqualsTheLayersOneByOne) {
     } else {
       EXPECT_EQ(copy(grad), copy(actual[i].parameter->grad)) << actual[i].name;
     }
+  }
+}
+
+/// Layer after layer backward: the gradient of x, and in `net` those of the parameters.
+Tensor backward_by_hand(Sequential& net, const ByHand& values, const Tensor& x, const Tensor& dy) {
+  Tensor gradient = dy;
+  for (int i = net.size() - 1; i >= 0; --i) {
+    Tensor dx;
+    net.layer(i).backward(i == 0 ? x : values.results[static_cast<std::size_t>(i - 1)],
+                          values.results[static_cast<std::size_t>(i)], gradient, &dx);
+    gradient = dx;
+  }
+  return gradient;
+}
+
+TEST(Sequential, ANormalizedChainTrainsAsTheLayersOneByOne) {
+  Random random(12);
+  const Tensor x = random_tensor({3, 17, 13, 3}, random);
+  const Tensor dy = random_tensor({3, 1, 1, 9}, random);
+  Sequential by_hand;
+  build_normalized(by_hand, 1);
+  const ByHand values(by_hand, x, Mode::training);
+  const Tensor expected_dx = backward_by_hand(by_hand, values, x, dy);
+  Sequential net;
+  build_normalized(net, 1);
+  EXPECT_EQ(copy(net.forward(x, Mode::training)), copy(values.results.back()));
+  Tensor dx;
+  net.backward(dy, &dx);
+  EXPECT_EQ(copy(dx), copy(expected_dx));
+  const auto actual = net.named_parameters();
+  const auto expected = by_hand.named_parameters();
+  for (std::size_t i = 0; i < actual.size(); ++i) {
+    EXPECT_EQ(copy(actual[i].parameter->grad), copy(expected[i].parameter->grad)) << actual[i].name;
+  }
+  for (std::size_t i = 0; i < net.named_buffers().size(); ++i) {
+    EXPECT_EQ(copy(*net.named_buffers()[i].tensor), copy(*by_hand.named_buffers()[i].tensor));
+  }
+}
+
+/// Folded weights are rounded, and the tiles of inference round more (see layer_forward_test.cpp).
+void expect_close(const std::vector<float>& actual, const std::vector<float>& expected) {
+  ASSERT_EQ(actual.size(), expected.size());
+  float largest = 0.0F;
+  for (const float value : expected) largest = std::max(largest, std::abs(value));
+  for (std::size_t i = 0; i < actual.size(); ++i) {
+    ASSERT_NEAR(actual[i], expected[i], 2e-4F * largest) << i;
+  }
+}
+
+TEST(Sequential, FoldedNormalizationFollowsTheParameters) {
+  Random random(13);
+  const Tensor x = random_tensor({3, 17, 13, 3}, random);
+  Sequential net;
+  build_normalized(net, 1);
+  for (int first = 0; first < net.size(); ++first) {
+    const ByHand values(net, x, Mode::inference);
+    const Tensor& from = first == 0 ? x : values.results[static_cast<std::size_t>(first - 1)];
+    for (int last = first + 1; last <= net.size(); ++last) {
+      SCOPED_TRACE(std::to_string(first) + ".." + std::to_string(last));
+      expect_close(copy(net.forward(from, Mode::inference, first, last)),
+                   copy(values.results[static_cast<std::size_t>(last - 1)]));
+    }
+    if (first % 6 != 0) continue;
+    // Other statistics and weights for the next ranges, and for all plans that exist.
+    net.forward(x, Mode::training);
+    for (const NamedParameter& named : net.named_parameters()) {
+      for (float& value : named.parameter->value.values()) value *= 1.1F;
+    }
+    net.parameters_changed();
+    expect_close(copy(net.forward(x, Mode::inference)),
+                 copy(ByHand(net, x, Mode::inference).results.back()));
   }
 }
 

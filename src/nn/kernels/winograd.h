@@ -3,6 +3,7 @@
 
 #include <cstddef>
 
+#include "kernels/convolution_epilogue.h"
 #include "kernels/winograd_geometry.h"
 #include "sdmt/nn/tensor.h"
 
@@ -49,22 +50,14 @@ class WinogradWeights {
 /// there.
 WinogradTileSize fastest_winograd_tile(int h, int w);
 
-/// What happens to the result before it is stored.
-struct WinogradEpilogue {
-  const float* bias = nullptr;  ///< out_channels values
-  bool relu = false;
-  bool max_pool = false;         ///< 2x2, stride 2, an odd last row or column dropped
-  const Tensor* mask = nullptr;  ///< of the result's shape: results where it is not > 0 become 0
-};
-
 /// y [n,h,w,out] or, with max_pool, [n,h/2,w/2,out]; y is resized. Each value depends on its own
 /// image alone: the same for any batch and number of threads.
 void winograd_convolution(const Tensor& x, const WinogradWeights& weights,
-                          const WinogradEpilogue& epilogue, Tensor& y);
+                          const ConvolutionEpilogue& epilogue, Tensor& y);
 
 /// The same for the result of another convolution, made when it is needed: never whole.
 void winograd_convolution(const RgbRows& x, const WinogradWeights& weights,
-                          const WinogradEpilogue& epilogue, Tensor& y);
+                          const ConvolutionEpilogue& epilogue, Tensor& y);
 
 /// Adds dL/dweight [out,3,3,in] to `weight_gradient`, and dL/dbias to `bias_gradient` unless it is
 /// null, for the convolution of x [n,h,w,in] whose result has the gradient dy [n,h,w,out].

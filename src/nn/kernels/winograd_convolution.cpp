@@ -22,7 +22,7 @@ struct WinogradTask {
   const Tensor* x;         // either
   const RgbRows* made_of;  // or
   const WinogradWeights& weights;
-  const WinogradEpilogue& epilogue;
+  const ConvolutionEpilogue& epilogue;
   Tensor& y;
   WinogradTiles tiles;
 };
@@ -111,7 +111,7 @@ HWY_NOINLINE void TransformOutputTile(const WinogradTask& task, std::int64_t ind
                                       const ChannelRange& range, int slots, int slot,
                                       const float* m, std::ptrdiff_t step) {
   const FloatTag d;
-  const WinogradEpilogue& epilogue = task.epilogue;
+  const ConvolutionEpilogue& epilogue = task.epilogue;
   const WinogradTiles::Place place = task.tiles.place(index);
   const Shape shape = task.y.shape();
   const int shrink = epilogue.max_pool ? 2 : 1;
@@ -259,7 +259,7 @@ WinogradTileSize fastest_winograd_tile(int h, int w) {
 
 namespace {
 
-Shape result_shape(Shape in, const WinogradWeights& weights, const WinogradEpilogue& epilogue) {
+Shape result_shape(Shape in, const WinogradWeights& weights, const ConvolutionEpilogue& epilogue) {
   const int shrink = epilogue.max_pool ? 2 : 1;
   return {in.n, in.h / shrink, in.w / shrink, weights.out_channels()};
 }
@@ -300,7 +300,7 @@ Division divide(const WinogradTask& task) {
 }  // namespace
 
 void winograd_convolution(const Tensor& x, const WinogradWeights& weights,
-                          const WinogradEpilogue& epilogue, Tensor& y) {
+                          const ConvolutionEpilogue& epilogue, Tensor& y) {
   y.resize(result_shape(x.shape(), weights, epilogue));
   const WinogradTask task{&x,       nullptr, weights,
                           epilogue, y,       WinogradTiles(x.shape(), weights.tile())};
@@ -317,7 +317,7 @@ void winograd_convolution(const Tensor& x, const WinogradWeights& weights,
 }
 
 void winograd_convolution(const RgbRows& x, const WinogradWeights& weights,
-                          const WinogradEpilogue& epilogue, Tensor& y) {
+                          const ConvolutionEpilogue& epilogue, Tensor& y) {
   y.resize(result_shape(x.shape(), weights, epilogue));
   const WinogradTask task{nullptr,  &x, weights,
                           epilogue, y,  WinogradTiles(x.shape(), weights.tile())};

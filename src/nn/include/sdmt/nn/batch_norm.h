@@ -49,6 +49,10 @@ class BatchNorm : public Layer {
   std::vector<Buffer*> buffers() override { return {&running_mean_, &running_var_}; }
 
  private:
+  friend class InferencePlan;  // folds it into the convolution before it
+  friend class TrainingPlan;   // runs it together with the ReLU after it
+  void forward(const Tensor& x, Tensor& y, Mode mode, bool relu);
+  void backward(const Tensor& x, const Tensor& dy, Tensor* dx, bool relu);
   ChannelAffine affine(const ChannelStatistics& statistics) const;
   ChannelStatistics running_statistics() const;
   void move_to_batch(const Tensor& x);

@@ -14,13 +14,12 @@ class MaxPool2d : public Layer {
   Shape output_shape(Shape in) const override;
   void forward(const Tensor& x, Tensor& y, Mode mode) override;
   void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
+
+ private:
+  friend class TrainingPlan;  // runs it together with a ReLU below it
   /// backward() through this layer and a ReLU below it, whose result x is: dx is the gradient
   /// before that ReLU.
   void backward_through_relu(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor& dx);
-
- private:
-  /// Gives dy to the first largest value of each window if it is above `bound`.
-  static void route(const Tensor& x, const Tensor& y, const Tensor& dy, float bound, Tensor& dx);
 };
 
 }  // namespace sdmt::nn

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "sdmt/nn/layer.h"
+
+namespace sdmt::nn {
+
+class BatchNorm;
+class Conv2d;
+class Convolution;
+
+/// How layers run one after another in inference: a convolution together with the batch
+/// normalisation, ReLU and MaxPool2d after it, the normalisation folded into a copy of the weights;
+/// and a first convolution of images as the second one reads it.
+class InferencePlan {
+ public:
+  /// The layers must outlive the plan.
+  explicit InferencePlan(const std::vector<Layer*>& layers);
+  ~InferencePlan();
+
+  /// The result is valid until the next call; x itself when there are no layers.
+  const Tensor& run(const Tensor& x);
+  /// To be called after the values of parameters or buffers were changed.
+  void parameters_changed() { folded_current_ = false; }
+
+ private:
+  struct Folded;
+  struct Step {
+    Layer* layer = nullptr;              // either this
+    Convolution* convolution = nullptr;  // or this, with what follows it
+    Convolution* before = nullptr;       // whose rectified result it reads, if they run together
+    bool relu = false;
+    bool max_pool = false;
+    bool by_image = false;  // works on each image alone
+
+    Shape output_shape(Shape in) const;
+    void run(const Tensor& x, Tensor& y) const;
+  };
+
+  /// Takes the layers from i on that run as one, and returns how many they are.
+  std::size_t add_step(const std::vector<Layer*>& layers, std::size_t i);
+  Convolution* fold(Conv2d& convolution, BatchNorm& norm);
+  /// Runs steps [first, end) between two buffers; the last result goes to `result` if given.
+  const Tensor& run_steps(const Tensor& x, std::size_t first, std::size_t end, Tensor* result);
+
+  std::vector<Step> steps_;
+  std::vector<std::unique_ptr<Folded>> folded_;
+  bool folded_current_ = false;
+  Tensor buffers_[2];
+  Tensor joined_;  // results of groups of images
+};
+
+}  // namespace sdmt::nn
