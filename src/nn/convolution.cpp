@@ -37,10 +37,11 @@ Convolution::Convolution(const Conv2dOptions& options, const Tensor& weight, con
     : options_(options), weight_(weight), bias_(bias) {}
 
 Convolution::Algorithm Convolution::algorithm() const {
-  const bool same_size = options_.kernel_size == 3 && options_.stride == 1 && options_.padding == 1;
+  const bool padded = options_.kernel_size == 3 && options_.padding == 1;
   // With few input channels Winograd's transforms cost more than they save.
-  if (same_size && options_.in_channels >= 8) return Algorithm::winograd;
-  if (same_size && options_.in_channels == 3 && has_rgb_convolution(options_.out_channels)) {
+  if (padded && options_.stride == 1 && options_.in_channels >= 8) return Algorithm::winograd;
+  if (padded && options_.in_channels == 3 &&
+      has_rgb_convolution(options_.out_channels, options_.stride)) {
     return Algorithm::rgb;
   }
   return Algorithm::im2col;
@@ -72,7 +73,7 @@ void Convolution::forward(const Tensor& x, ConvolutionEpilogue epilogue, Mode mo
     forward(x, epilogue, mode, before_pool);
     MaxPool2d().forward(before_pool, y, Mode::inference);
   } else if (algorithm() == Algorithm::rgb) {
-    rgb_convolution(x, weight_, epilogue.bias, epilogue.relu, y);
+    rgb_convolution(x, {weight_, bias(), options_.stride}, epilogue.relu, y);
   } else {
     y.resize(out);
     forward_im2col(x, epilogue, y);
@@ -89,7 +90,7 @@ void Convolution::forward_after(const Convolution& first, const Tensor& x,
   const Shape out = output_shape(first.output_shape(x.shape()));
   if (epilogue.max_pool) MaxPool2d().output_shape(out);
   epilogue.bias = bias();
-  const RgbRows rows(x, first.weight_, first.bias(), true);
+  const RgbRows rows(x, {first.weight_, first.bias(), first.options_.stride}, true);
   winograd_convolution(rows, winograd_weights(out, Mode::inference), epilogue, y);
 }
 
@@ -131,7 +132,7 @@ void Convolution::add_parameter_gradients(const Tensor& x, const Tensor& dy, flo
   if (weight != nullptr && algorithm() == Algorithm::winograd) {
     winograd_weight_gradient(x, dy, weight, bias);
   } else if (weight != nullptr && algorithm() == Algorithm::rgb) {
-    rgb_weight_gradient(x, dy, weight, bias);
+    rgb_weight_gradient(x, dy, options_.stride, weight, bias);
   } else {
     const std::int64_t pixels = static_cast<std::int64_t>(dy.size()) / dy.shape().c;
     if (bias != nullptr) add_column_sums(dy.data(), pixels, dy.shape().c, bias);

@@ -11,6 +11,8 @@ namespace sdmt::nn {
 
 Sequential::Sequential() = default;
 Sequential::~Sequential() = default;
+Sequential::Sequential(Sequential&&) noexcept = default;
+Sequential& Sequential::operator=(Sequential&&) noexcept = default;
 
 Sequential& Sequential::add(std::string name, std::unique_ptr<Layer> layer) {
   if (name.empty()) throw std::invalid_argument("Sequential: a layer has no name");

@@ -20,11 +20,21 @@ namespace sdmt::nn {
 constexpr int kRgb = 3;
 constexpr int kRowTaps = 3 * kRgb;  // values of one row of a window
 constexpr int kTaps = 3 * kRowTaps;
+/// Pixels of a row or column of the result.
+constexpr int result_extent(int in, int stride) { return (in - 1) / stride + 1; }
 constexpr int kBandRows = 8;  // output rows that a thread works on at a time
 /// Sums of a weight gradient for one image: [27][out] and [out] for the bias.
 constexpr std::size_t gradient_values(int out) {
   return static_cast<std::size_t>(kTaps + 1) * static_cast<std::size_t>(out);
 }
+struct RgbTask {
+  const Tensor& x;
+  const float* packed;
+  const float* bias;
+  int out;
+  int stride;
+  bool relu;
+};
 #endif
 }  // namespace sdmt::nn
 
@@ -34,17 +44,18 @@ namespace HWY_NAMESPACE {
 
 bool FillsPanels(int out_channels) { return out_channels % kColumns == 0; }
 
-/// Rows [top - 1, top + rows + 1) of an image with a pixel of zeros on either side.
-const float* PadBand(const Tensor& x, int image, int top, int rows) {
+/// The rows of an image that rows [top, top + rows) of the result need, with a pixel of zeros on
+/// either side: the first is row top * stride - 1.
+const float* PadBand(const Tensor& x, int stride, int image, int top, int rows) {
   const Shape shape = x.shape();
   const std::size_t width = static_cast<std::size_t>(shape.w) * kRgb;
   const std::size_t padded_width = width + 2 * kRgb;
-  const std::size_t padded_rows = static_cast<std::size_t>(rows) + 2;
+  const int first = top * stride - 1;
+  const int padded_rows = (rows - 1) * stride + 3;
   float* const band = thread_scratch(ScratchUse::padded, padded_rows * padded_width);
   std::fill_n(band, padded_rows * padded_width, 0.0F);
-  for (int row = std::max(0, top - 1); row < std::min(shape.h, top + rows + 1); ++row) {
-    std::copy_n(x.image(image) + static_cast<std::size_t>(row) * width, width,
-                band + static_cast<std::size_t>(row - top + 1) * padded_width + kRgb);
+  for (int row = std::max(0, first); row < std::min(shape.h, first + padded_rows); ++row) {
+    std::copy_n(x.image(image) + row * width, width, band + (row - first) * padded_width + kRgb);
   }
   return band;
 }
@@ -59,43 +70,52 @@ void PackRgbWeights(const Tensor& weight, float* packed) {
 }
 
 /// Rows [top, top + rows) of an image's result, to y [rows,w,out].
-void ConvolveRgbBand(const Tensor& x, const float* packed, const float* bias, bool relu, int image,
-                     int top, int rows, int out, float* y) {
-  const Shape shape{1, rows, x.shape().w, out};
-  const std::ptrdiff_t padded_width = std::ptrdiff_t{shape.w + 2} * kRgb;
-  const float* const band = PadBand(x, image, top, rows);
+template <int kStride>
+void ConvolveRgbBand(const RgbTask& task, int image, int top, int rows, float* y) {
+  const Shape shape{1, rows, result_extent(task.x.shape().w, kStride), task.out};
+  const std::ptrdiff_t padded_width = std::ptrdiff_t{task.x.shape().w + 2} * kRgb;
+  const float* const band = PadBand(task.x, kStride, image, top, rows);
   const int pixels = EvenRows(shape.w);
   for (int row = 0; row < rows; ++row) {
     for (int left = 0; left < shape.w; left += pixels) {
       float* const to = y + (std::ptrdiff_t{row} * shape.w + left) * shape.c;
       for (int column = 0; column < shape.c; column += kColumns) {
-        RunMicroTile<kRgb>(std::min(pixels, shape.w - left),
-                           MicroTile{.a = band + row * padded_width + left * kRgb,
-                                     .a_chunk = padded_width,
-                                     .chunk = kRowTaps,
-                                     .b = packed + std::ptrdiff_t{column} * kTaps,
-                                     .b_step = kColumns,
-                                     .b_vector = kLanes,
-                                     .c = to + column,
-                                     .c_row = shape.c,
-                                     .c_vector = kLanes,
-                                     .k = kTaps,
-                                     .bias = bias == nullptr ? nullptr : bias + column,
-                                     .relu = relu});
+        RunMicroTile<kRgb * kStride>(
+            std::min(pixels, shape.w - left),
+            MicroTile{.a = band + (row * padded_width + left * kRgb) * kStride,
+                      .a_chunk = padded_width,
+                      .chunk = kRowTaps,
+                      .b = task.packed + std::ptrdiff_t{column} * kTaps,
+                      .b_step = kColumns,
+                      .b_vector = kLanes,
+                      .c = to + column,
+                      .c_row = shape.c,
+                      .c_vector = kLanes,
+                      .k = kTaps,
+                      .bias = task.bias == nullptr ? nullptr : task.bias + column,
+                      .relu = task.relu});
       }
     }
   }
 }
 
+void ConvolveRgbBand(const RgbTask& task, int image, int top, int rows, float* y) {
+  if (task.stride == 1) {
+    ConvolveRgbBand<1>(task, image, top, rows, y);
+  } else {
+    ConvolveRgbBand<2>(task, image, top, rows, y);
+  }
+}
+
 /// sums [28][out]: 27 taps, then the bias, of one image.
-void RgbImageGradient(const Tensor& x, const Tensor& dy, int image, float* sums) {
+void RgbImageGradient(const Tensor& x, const Tensor& dy, int stride, int image, float* sums) {
   const Shape shape = dy.shape();
-  const std::ptrdiff_t padded_width = std::ptrdiff_t{shape.w + 2} * kRgb;
+  const std::ptrdiff_t padded_width = std::ptrdiff_t{x.shape().w + 2} * kRgb;
   const float one = 1.0F;
   std::fill_n(sums, gradient_values(shape.c), 0.0F);
   for (int top = 0; top < shape.h; top += kBandRows) {
     const int rows = std::min(kBandRows, shape.h - top);
-    const float* const band = PadBand(x, image, top, rows);
+    const float* const band = PadBand(x, stride, image, top, rows);
     for (int row = 0; row < rows; ++row) {
       const float* const from = dy.image(image) + std::ptrdiff_t{top + row} * shape.w * shape.c;
       for (int column = 0; column < shape.c; column += kColumns) {
@@ -111,9 +131,9 @@ void RgbImageGradient(const Tensor& x, const Tensor& dy, int image, float* sums)
                        .k = shape.w,
                        .accumulate = true};
         RunMicroTile<1, 1>(tile);
-        tile.a_step = kRgb;
+        tile.a_step = std::ptrdiff_t{stride} * kRgb;
         for (int tap = 0; tap < kTaps; tap += kRgb) {
-          tile.a = band + (row + tap / kRowTaps) * padded_width + tap % kRowTaps;
+          tile.a = band + (row * stride + tap / kRowTaps) * padded_width + tap % kRowTaps;
           tile.c = sums + std::ptrdiff_t{tap} * shape.c + column;
           RunMicroTile<kRgb, 1>(tile);
         }
@@ -135,39 +155,43 @@ HWY_EXPORT(PackRgbWeights);
 HWY_EXPORT(ConvolveRgbBand);
 HWY_EXPORT(RgbImageGradient);
 
-bool has_rgb_convolution(int out_channels) {
-  return HWY_DYNAMIC_DISPATCH(FillsPanels)(out_channels);
+bool has_rgb_convolution(int out_channels, int stride) {
+  return stride <= 2 && HWY_DYNAMIC_DISPATCH(FillsPanels)(out_channels);
 }
 
-void rgb_convolution(const Tensor& x, const Tensor& weight, const float* bias, bool relu,
-                     Tensor& y) {
-  const Shape in = x.shape();
-  y.resize({in.n, in.h, in.w, weight.shape().n});
-  const RgbRows rows(x, weight, bias, relu);
+void rgb_convolution(const Tensor& x, const RgbWeights& weights, bool relu, Tensor& y) {
+  const RgbRows rows(x, weights, relu);
+  y.resize(rows.shape());
+  const std::ptrdiff_t row_values = std::ptrdiff_t{y.shape().w} * y.shape().c;
 #pragma omp parallel for collapse(2) schedule(dynamic)
-  for (int image = 0; image < in.n; ++image) {
-    for (int top = 0; top < in.h; top += kBandRows) {
-      rows.compute(image, top, std::min(kBandRows, in.h - top),
-                   y.image(image) + static_cast<std::size_t>(top) * static_cast<std::size_t>(in.w) *
-                                        static_cast<std::size_t>(y.shape().c));
+  for (int image = 0; image < y.shape().n; ++image) {
+    for (int top = 0; top < y.shape().h; top += kBandRows) {
+      rows.compute(image, top, std::min(kBandRows, y.shape().h - top),
+                   y.image(image) + top * row_values);
     }
   }
 }
 
-RgbRows::RgbRows(const Tensor& x, const Tensor& weight, const float* bias, bool relu)
-    : x_(x), out_(weight.shape().n), bias_(bias), relu_(relu) {
-  float* const packed = thread_scratch(ScratchUse::packed_b, weight.size());
-  HWY_DYNAMIC_DISPATCH(PackRgbWeights)(weight, packed);
+RgbRows::RgbRows(const Tensor& x, const RgbWeights& weights, bool relu)
+    : x_(x), weights_(weights), relu_(relu) {
+  float* const packed = thread_scratch(ScratchUse::packed_b, weights.weight.size());
+  HWY_DYNAMIC_DISPATCH(PackRgbWeights)(weights.weight, packed);
   packed_ = packed;
 }
 
-Shape RgbRows::shape() const { return {x_.shape().n, x_.shape().h, x_.shape().w, out_}; }
-
-void RgbRows::compute(int image, int top, int rows, float* to) const {
-  HWY_DYNAMIC_DISPATCH(ConvolveRgbBand)(x_, packed_, bias_, relu_, image, top, rows, out_, to);
+Shape RgbRows::shape() const {
+  const Shape in = x_.shape();
+  return {in.n, result_extent(in.h, weights_.stride), result_extent(in.w, weights_.stride),
+          weights_.weight.shape().n};
 }
 
-void rgb_weight_gradient(const Tensor& x, const Tensor& dy, float* weight_gradient,
+void RgbRows::compute(int image, int top, int rows, float* to) const {
+  HWY_DYNAMIC_DISPATCH(ConvolveRgbBand)
+  ({x_, packed_, weights_.bias, weights_.weight.shape().n, weights_.stride, relu_}, image, top,
+   rows, to);
+}
+
+void rgb_weight_gradient(const Tensor& x, const Tensor& dy, int stride, float* weight_gradient,
                          float* bias_gradient) {
   const Shape shape = dy.shape();
   const std::size_t values = gradient_values(shape.c);
@@ -176,7 +200,7 @@ void rgb_weight_gradient(const Tensor& x, const Tensor& dy, float* weight_gradie
 #pragma omp parallel for schedule(dynamic)
   for (int image = 0; image < shape.n; ++image) {
     HWY_DYNAMIC_DISPATCH(RgbImageGradient)
-    (x, dy, image, sums + static_cast<std::size_t>(image) * values);
+    (x, dy, stride, image, sums + static_cast<std::size_t>(image) * values);
   }
   std::vector<double> total(values, 0.0);
   for (int image = 0; image < shape.n; ++image) {

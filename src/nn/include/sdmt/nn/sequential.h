@@ -22,6 +22,8 @@ class Sequential {
  public:
   Sequential();
   ~Sequential();
+  Sequential(Sequential&&) noexcept;
+  Sequential& operator=(Sequential&&) noexcept;
 
   /// Appends a layer. Throws std::invalid_argument when the name is empty or taken.
   Sequential& add(std::string name, std::unique_ptr<Layer> layer);
