@@ -71,7 +71,7 @@ void PackRgbWeights(const Tensor& weight, float* packed) {
 
 /// Rows [top, top + rows) of an image's result, to y [rows,w,out].
 template <int kStride>
-void ConvolveRgbBand(const RgbTask& task, int image, int top, int rows, float* y) {
+void ConvolveRgbBandOf(const RgbTask& task, int image, int top, int rows, float* y) {
   const Shape shape{1, rows, result_extent(task.x.shape().w, kStride), task.out};
   const std::ptrdiff_t padded_width = std::ptrdiff_t{task.x.shape().w + 2} * kRgb;
   const float* const band = PadBand(task.x, kStride, image, top, rows);
@@ -101,9 +101,9 @@ void ConvolveRgbBand(const RgbTask& task, int image, int top, int rows, float* y
 
 void ConvolveRgbBand(const RgbTask& task, int image, int top, int rows, float* y) {
   if (task.stride == 1) {
-    ConvolveRgbBand<1>(task, image, top, rows, y);
+    ConvolveRgbBandOf<1>(task, image, top, rows, y);
   } else {
-    ConvolveRgbBand<2>(task, image, top, rows, y);
+    ConvolveRgbBandOf<2>(task, image, top, rows, y);
   }
 }
 

@@ -76,23 +76,20 @@ void transform(int in, int out, WinogradTileSize tile, const Tap& tap, Tensor& v
         for (int tap_index = 0; tap_index < 9; ++tap_index) {
           const int u = tap_index / 3;
           const int v = tap_index % 3;
-          g[static_cast<std::size_t>(u)][static_cast<std::size_t>(v)]
-           [static_cast<std::size_t>(column)] = tap(panel * columns + column, i, u, v);
+          g[u][v][column] = tap(panel * columns + column, i, u, v);
         }
       }
-      float* to = values.data() + (static_cast<std::size_t>(panel) * static_cast<std::size_t>(in) +
-                                   static_cast<std::size_t>(i)) *
-                                      static_cast<std::size_t>(columns);
+      float* to = values.data() + (std::ptrdiff_t{panel} * in + i) * columns;
       for (std::size_t row = 0; row < rows; ++row) {
         std::array<Columns, 3> half;
         for (std::size_t v = 0; v < 3; ++v) {
-          for (std::size_t column = 0; column < kMostColumns; ++column) {
+          for (int column = 0; column < columns; ++column) {
             half[v][column] = down[row][0] * g[0][v][column] + down[row][1] * g[1][v][column] +
                               down[row][2] * g[2][v][column];
           }
         }
         for (std::size_t at = 0; at < row_length; ++at, to += position) {
-          for (std::size_t column = 0; column < static_cast<std::size_t>(columns); ++column) {
+          for (int column = 0; column < columns; ++column) {
             to[column] = static_cast<float>(across[at][0] * half[0][column] +
                                             across[at][1] * half[1][column] +
                                             across[at][2] * half[2][column]);
