@@ -7,6 +7,7 @@
 # sanitize  all tests under AddressSanitizer and UndefinedBehaviorSanitizer
 # threads   the multi-threaded tests of nn and track under ThreadSanitizer
 # fuzz      the readers of ground truth, results and models, FUZZ_SECONDS (600) each
+# faults    every file call and many allocations of the commands fail once; hostile files; full disks
 # soak      200,000 frames without growth of memory or time
 # practice  an embedder trained on made-up people alone tells strangers apart
 # people    with the network PETS09-S2L1 has fewer ID switches and a higher IDF1 than by motion alone
@@ -34,9 +35,37 @@ fuzz() {
     fuzz_safetensors
   for reader in ground_truth results safetensors; do
     mkdir -p build-fuzz/found-$reader
-    build-fuzz/fuzz_$reader -max_total_time="${FUZZ_SECONDS:-600}" build-fuzz/found-$reader \
-      tests/fuzz/corpus/$reader
+    build-fuzz/fuzz_$reader -max_total_time="${FUZZ_SECONDS:-600}" -max_len=262144 \
+      build-fuzz/found-$reader tests/fuzz/corpus/$reader
   done
+}
+
+# In a name space of its own anybody may mount: outputs of every kind on a disk of 40 kB.
+full_disks() {
+  local work=$1 output status
+  mkdir -p "$work/small"
+  mount -t tmpfs -o size=40k tmpfs "$work/small"
+  for output in "--output o.txt" "--jsonl o.jsonl" "--render o.avi" \
+    "--render o.mp4" "--render o.mkv" "--render o.mov"; do
+    status=0
+    timeout 20 build/sdmt track "$work/scene" --no-appearance --stats \
+      "${output% *}" "$work/small/${output#* }" >"$work/log" 2>&1 || status=$?
+    echo "full disk, $output: exit $status, left: $(ls -A "$work/small")"
+    [ "$status" = 1 ] && [ -z "$(ls -A "$work/small")" ] || return 1
+  done
+}
+
+faults() {
+  cmake --preset release -DSDMT_BUILD_TESTS=ON
+  cmake --build build --parallel "$jobs" --target sdmt fault_injector
+  local work=build/faults
+  rm -rf $work && mkdir -p $work
+  build/sdmt synth scene --output $work/scene --frames 600 --width 480 --height 270
+  export -f full_disks
+  unshare --mount --map-root-user bash -ec "full_disks $PWD/$work"
+  python3 tests/faults/hostile.py --sdmt build/sdmt --model models/sdmt-vgg16.safetensors
+  python3 tests/faults/faults.py --sdmt build/sdmt \
+    --injector build/tests/faults/libfault_injector.so --model models/sdmt-vgg16.safetensors
 }
 
 browser() {
@@ -121,9 +150,9 @@ arm() {
 }
 
 parts=("$@")
-[ ${#parts[@]} -gt 0 ] || parts=(sanitize threads fuzz soak practice people browser arm)
+[ ${#parts[@]} -gt 0 ] || parts=(sanitize threads fuzz faults soak practice people browser arm)
 for part in "${parts[@]}"; do
-  declare -F "$part" >/dev/null || { sed -n '3,15s/^# \{0,1\}//p' "$0" >&2; exit 2; }
+  declare -F "$part" >/dev/null || { sed -n '3,16s/^# \{0,1\}//p' "$0" >&2; exit 2; }
 done
 scripts/install-dependencies.sh develop
 for part in "${parts[@]}"; do

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Lets every file call and many allocations of the commands fail, once each, and judges the runs.
 
-A run is fine when it ends within LIMIT seconds with the result of an undisturbed run, or with an
+A run is fine when it ends within the limit of time with the result of an undisturbed run, or with an
 error: one line or more on stderr, exit code 1 or 2, and nothing of its outputs but whole files. A
 result that differs is fine only where a warning names what was left out. The rest is a fault:
 WRONG (success, but another result), LEFTOVER (files that should not be there), SILENT (an error
@@ -19,7 +19,6 @@ import subprocess
 import sys
 import tempfile
 
-LIMIT = 10
 KINDS = ["ENOSPC", "EIO", "EINTR", "SHORT"]
 # Where a kind can happen; the others never give it.
 APPLIES = {
@@ -37,6 +36,7 @@ class Bench:
     def __init__(self, arguments):
         self.sdmt = os.path.abspath(arguments.sdmt)
         self.injector = os.path.abspath(arguments.injector)
+        self.limit = arguments.limit
         self.model = os.path.abspath(arguments.model) if arguments.model else None
         self.root = pathlib.Path(tempfile.mkdtemp(prefix="sdmt-faults-"))
         self.inputs = self.root / "in"
@@ -56,7 +56,7 @@ class Bench:
         if self.model:
             shutil.copy(self.model, self.inputs / "model.safetensors")
             run("synth", "reid", "--output", self.inputs / "reid", "--identities", 4,
-                "--images-per-identity", 2)
+                "--images-per-identity", 4)
 
     # Words by command; OUT/NAME is an output, IN/NAME an input.
     def commands(self):
@@ -95,7 +95,7 @@ class Bench:
                            OMP_NUM_THREADS="2", OMP_WAIT_POLICY="passive")
         try:
             done = subprocess.run([self.sdmt, *line], env=environment, capture_output=True,
-                                  timeout=LIMIT if call else 10 * LIMIT)
+                                  timeout=self.limit)
             code, error = done.returncode, done.stderr.decode(errors="replace")
         except subprocess.TimeoutExpired as expired:
             code, error = None, (expired.stderr or b"").decode(errors="replace")
@@ -139,6 +139,7 @@ def main():
     parser.add_argument("--commands", nargs="*", help="only these")
     parser.add_argument("--most", type=int, default=0, help="file calls a command and kind; 0: all")
     parser.add_argument("--allocations", type=int, default=60, help="a command; 0: none")
+    parser.add_argument("--limit", type=float, default=10, help="seconds for a run")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     arguments = parser.parse_args()
     bench = Bench(arguments)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Gives the commands files that were damaged or made up with ill will, from a seeded generator, and
-judges the runs: within LIMIT seconds and MEMORY, exit code 0, or 1 or 2 with one line on stderr.
+judges the runs: within the limit of time and MEMORY, exit code 0, or 1 or 2 with one line on stderr.
 Whatever else happens is a fault: a signal, a hang, a number that is not finite in what was written.
 """
 import argparse
@@ -17,7 +17,6 @@ import subprocess
 import sys
 import tempfile
 
-LIMIT = 10
 MEMORY = 4 << 30
 
 
@@ -114,6 +113,8 @@ def main():
     parser.add_argument("--sdmt", required=True)
     parser.add_argument("--model", help="model file; without it, only texts")
     parser.add_argument("--count", type=int, default=40, help="files of a kind")
+    parser.add_argument("--keep", type=pathlib.Path, help="folder for the files that made faults")
+    parser.add_argument("--limit", type=float, default=10, help="seconds for a run")
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
     sdmt = os.path.abspath(arguments.sdmt)
@@ -123,8 +124,11 @@ def main():
         work = pathlib.Path(name)
         scene, out, bad = work / "scene", work / "out", work / "bad"
 
+        environment = dict(os.environ, OMP_NUM_THREADS="2", OMP_WAIT_POLICY="passive")
+
         def run(*words):
-            return subprocess.run([sdmt, *map(str, words)], capture_output=True, timeout=LIMIT,
+            return subprocess.run([sdmt, *map(str, words)], capture_output=True, env=environment,
+                                  timeout=arguments.limit,
                                   preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS,
                                                                         (MEMORY, MEMORY)))
 
@@ -132,7 +136,7 @@ def main():
         detections = (scene / "det/det.txt").read_bytes()
         truth = (scene / "gt/gt.txt").read_bytes()
         config = json.dumps({"min-length": 2, "lambda": 0.5, "appearance": "none",
-                             "calibration": "sigmoid:1,0", "boosting": True}).encode()
+                             "calibration": "frcnn", "boosting": True}).encode()
         track = ["track", scene, "--no-appearance", "--output", out, "--detections"]
         kinds = {
             "detections, bytes": (mutate_bytes, detections, [*track, bad]),
@@ -152,6 +156,10 @@ def main():
                                  scene / "img1/000001.jpg"]),
             }
         for kind, (mutate, content, words) in kinds.items():
+            bad.write_bytes(content)
+            good = run(*words)
+            if good.returncode != 0:
+                sys.exit(f"{kind}: the good file is refused: {good.stderr.decode()}")
             for number in range(arguments.count):
                 bad.write_bytes(mutate(content, rng))
                 out.unlink(missing_ok=True)
@@ -174,6 +182,8 @@ def main():
                         outcome = "LEFTOVER"
                 table[kind][outcome] += 1
                 if outcome.isupper():
+                    if arguments.keep:
+                        (arguments.keep / f"{kind} {number}").write_bytes(bad.read_bytes())
                     faults.append(f"{outcome} {kind}, file {number}: {error[-200:]!r}")
     for kind, counts in table.items():
         print(f"{kind:<20} " + ", ".join(f"{n} {o}" for o, n in sorted(counts.items())))
