@@ -74,10 +74,11 @@ class Bench:
                            "--walkers 1",
         }
         if self.model:
+            images = sorted((self.inputs / "reid/bounding_box_test").glob("*.jpg"))
             commands |= {
                 "inspect": "inspect IN/model.safetensors --json OUT/i.json",
                 "embed": "embed --model IN/model.safetensors --output OUT/e.safetensors "
-                         "IN/reid/bounding_box_test",
+                         + " ".join(f"IN/{image.relative_to(self.inputs)}" for image in images[:4]),
                 "track-network": "track IN/scene --model IN/model.safetensors --min-length 2 "
                                  "--output OUT/t.txt",
                 "init-model": "init-model --output OUT/new.safetensors",
