@@ -11,7 +11,6 @@ set -euo pipefail
 
 packages=(
   g++ cmake ninja-build pkg-config
-  libeigen3-dev            # Kalman filter
   libhwy-dev               # SIMD, chosen at run time
   nlohmann-json3-dev       # model metadata, reports, configuration
   libcli11-dev libfmt-dev  # command line and text of the binary

@@ -138,7 +138,7 @@ arm() {
   (cd build-arm/packages && apt-get "${options[@]}" download libhwy1 libhwy-dev libgtest-dev \
     libgmock-dev googletest libgomp1)
   for package in build-arm/packages/*.deb; do dpkg-deb -x "$package" $root; done
-  cp -r /usr/include/eigen3 /usr/include/nlohmann $root/usr/include/
+  cp -r /usr/include/nlohmann $root/usr/include/
   cmake -S . -B build-arm -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_SYSTEM_NAME=Linux \
     -DCMAKE_SYSTEM_PROCESSOR=aarch64 -DCMAKE_CXX_COMPILER=aarch64-linux-gnu-g++ \
     -DCMAKE_FIND_ROOT_PATH="$PWD/$root;/usr" -DCMAKE_FIND_ROOT_PATH_MODE_PROGRAM=NEVER \

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sdmt/track/sort_baseline.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -13,69 +12,88 @@ namespace sdmt::track {
 
 namespace {
 
-using State =
-    Eigen::Matrix<double, 7, 1>;  // cx, cy, area, width / height, and the first three's velocity
-using Covariance = Eigen::Matrix<double, 7, 7>;
-using Measurement = Eigen::Vector4d;
+// One coordinate of the state. SORT's filter of seven states falls apart into these: its
+// transition, its noise and its measurements never mix centre x, centre y, area and aspect ratio.
+struct Coordinate {
+  double value;
+  double variance = 10;
+  double velocity = 0;
+  double velocity_variance = 1e4;
+  double covariance = 0;  // of value and velocity
 
-Measurement measure(const mot::Tlwh& box) {
-  return {box.left + box.width / 2, box.top + box.height / 2, box.width * box.height,
-          box.width / box.height};
-}
+  void predict(double process_variance, double velocity_process_variance) {
+    value += velocity;
+    variance += 2 * covariance + velocity_variance + process_variance;
+    covariance += velocity_variance;
+    velocity_variance += velocity_process_variance;
+  }
 
-mot::Tlwh box_of(const State& x) {
-  const double width = std::sqrt(x[2] * x[3]);
-  const double height = x[2] / width;
-  return {x[0] - width / 2, x[1] - height / 2, width, height};
-}
+  void update(double measured, double measurement_variance) {
+    const double innovation_variance = variance + measurement_variance;
+    const double gain = variance / innovation_variance;
+    const double velocity_gain = covariance / innovation_variance;
+    const double innovation = measured - value;
+    value += gain * innovation;
+    velocity += velocity_gain * innovation;
+    // As P - K S K', which is exact for the optimal gain.
+    velocity_variance -= velocity_gain * covariance;
+    covariance *= 1 - gain;
+    variance *= 1 - gain;
+  }
+};
+
+// The published implementation's noise.
+constexpr double kProcessVariance = 1;
+constexpr double kVelocityProcessVariance = 0.01;
+constexpr double kAreaVelocityProcessVariance = 0.0001;
+constexpr double kCentreVariance = 1;
+constexpr double kShapeVariance = 10;
 
 bool is_finite(const mot::Tlwh& box) {
   return std::isfinite(box.left) && std::isfinite(box.top) && std::isfinite(box.width) &&
          std::isfinite(box.height);
 }
 
-Covariance transition() {
-  Covariance f = Covariance::Identity();
-  for (int i = 0; i < 3; ++i) f(i, i + 4) = 1;
-  return f;
-}
-
-// The published implementation's noise.
-const State kInitialVariance = (State() << 10, 10, 10, 10, 1e4, 1e4, 1e4).finished();
-const State kProcessVariance = (State() << 1, 1, 1, 1, 0.01, 0.01, 0.0001).finished();
-const Eigen::Vector4d kMeasurementVariance(1, 1, 10, 10);
-
 }  // namespace
 
 struct SortTracker::Track {
   int id;
-  State x;
-  Covariance p = kInitialVariance.asDiagonal();
+  Coordinate x, y;    // of the centre
+  Coordinate area;    // width times height
+  Coordinate aspect;  // width / height, taken as constant
   int time_since_update = 0;
   int hit_streak = 0;
 
-  Track(int track_id, const mot::Tlwh& box) : id(track_id) { x << measure(box), 0, 0, 0; }
+  Track(int track_id, const mot::Tlwh& start)
+      : id(track_id),
+        x{start.left + start.width / 2},
+        y{start.top + start.height / 2},
+        area{start.width * start.height},
+        aspect{.value = start.width / start.height, .velocity_variance = 0} {}
+
+  mot::Tlwh box() const {
+    const double width = std::sqrt(area.value * aspect.value);
+    const double height = area.value / width;
+    return {x.value - width / 2, y.value - height / 2, width, height};
+  }
 
   void predict() {
-    static const Covariance kTransition = transition();
-    if (x[6] + x[2] <= 0) x[6] = 0;  // the area must not become negative
-    x = kTransition * x;
-    p = kTransition * p * kTransition.transpose();
-    p.diagonal() += kProcessVariance;
+    if (area.velocity + area.value <= 0) area.velocity = 0;  // an area must not become negative
+    x.predict(kProcessVariance, kVelocityProcessVariance);
+    y.predict(kProcessVariance, kVelocityProcessVariance);
+    area.predict(kProcessVariance, kAreaVelocityProcessVariance);
+    aspect.predict(kProcessVariance, 0);
     if (time_since_update > 0) hit_streak = 0;
     ++time_since_update;
   }
 
-  void update(const mot::Tlwh& box) {
+  void update(const mot::Tlwh& seen) {
     time_since_update = 0;
     ++hit_streak;
-    Eigen::Matrix4d innovation = p.topLeftCorner<4, 4>();
-    innovation.diagonal() += kMeasurementVariance;
-    const Eigen::Matrix<double, 7, 4> gain = p.leftCols<4>() * innovation.inverse();
-    x += gain * (measure(box) - x.head<4>());
-    Covariance rest = Covariance::Identity();
-    rest.leftCols<4>() -= gain;
-    p = rest * p * rest.transpose() + gain * kMeasurementVariance.asDiagonal() * gain.transpose();
+    x.update(seen.left + seen.width / 2, kCentreVariance);
+    y.update(seen.top + seen.height / 2, kCentreVariance);
+    area.update(seen.width * seen.height, kShapeVariance);
+    aspect.update(seen.width / seen.height, kShapeVariance);
   }
 };
 
@@ -107,13 +125,13 @@ FinishedFrame SortTracker::update(std::span<const mot::Detection> detections) {
   }
   ++frame_;
   for (Track& track : tracks_) track.predict();
-  std::erase_if(tracks_, [](const Track& track) { return !is_finite(box_of(track.x)); });
+  std::erase_if(tracks_, [](const Track& track) { return !is_finite(track.box()); });
 
   // Pairs below the threshold compete for the optimum and are dropped after it, as published.
   std::vector<mot::AssignmentEdge> edges;
   for (std::size_t i = 0; i < detections.size(); ++i) {
     for (std::size_t j = 0; j < tracks_.size(); ++j) {
-      const double overlap = iou(detections[i].box, box_of(tracks_[j].x));
+      const double overlap = iou(detections[i].box, tracks_[j].box());
       if (overlap > 0) edges.push_back({static_cast<int>(i), static_cast<int>(j), overlap});
     }
   }
@@ -122,8 +140,8 @@ FinishedFrame SortTracker::update(std::span<const mot::Detection> detections) {
   std::vector<const mot::Tlwh*> births;
   for (std::size_t i = 0; i < detections.size(); ++i) {
     const mot::Tlwh& box = detections[i].box;
-    Track* track = track_of[i] < 0 ? nullptr : &tracks_[static_cast<std::size_t>(track_of[i])];
-    if (track != nullptr && iou(box, box_of(track->x)) >= options_.iou_threshold) {
+    Track* track = track_of[i] < 0 ? nullptr : &tracks_[track_of[i]];
+    if (track != nullptr && iou(box, track->box()) >= options_.iou_threshold) {
       track->update(box);
     } else {
       births.push_back(&box);
@@ -136,7 +154,7 @@ FinishedFrame SortTracker::update(std::span<const mot::Detection> detections) {
   for (const Track& track : tracks_) {
     if (track.time_since_update == 0 &&
         (track.hit_streak >= options_.min_hits || frame_ <= options_.min_hits)) {
-      finished.boxes.push_back({track.id, box_of(track.x), 1.0, BoxSource::detected});
+      finished.boxes.push_back({track.id, track.box(), 1.0, BoxSource::detected});
     }
   }
   std::erase_if(tracks_,
