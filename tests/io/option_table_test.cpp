@@ -138,6 +138,7 @@ TEST(Range, HoldsWhatItsTextSays) {
       {{.low = 0, .high = 100, .above = true}, "> 0 and <= 100", {1e-9, 100}, {0, -1, 101}},
       {{.low = -1, .high = 1, .below = true}, ">= -1 and < 1", {-1, 0.99}, {1, -2}},
       {{.low = 1}, ">= 1", {1, inf}, {0.99}},
+      {{.low = 1, .high = 1e6}, "1..1000000", {1, 1e6}, {0, 1e6 + 1}},
       {{.high = 0, .below = true}, "< 0", {-inf, -1}, {0, 1}},
       {{.low = 1, .high = 31, .odd = true}, "an odd number in 1..31", {1, 31}, {2, 33, -1}},
   };
