@@ -13,6 +13,7 @@
 
 #include "sdmt/io/output_file.h"
 #include "sdmt/mot/mot_file.h"
+#include "sdmt/track/result_rows.h"
 
 namespace sdmt::pipeline {
 

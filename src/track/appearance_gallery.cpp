@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "appearance_gallery.h"
+#include "sdmt/track/appearance_gallery.h"
 
 #include <algorithm>
 #include <cmath>
@@ -29,11 +29,9 @@ double euclidean_distance(std::span<const float> a, std::span<const float> b) {
 void AppearanceGallery::add(std::span<const float> feature) {
   dimension_ = feature.size();
   const std::int64_t ordinal = count_++;
-  if (selection_ == GallerySelection::first && ordinals_.size() >= capacity_) return;
   // The latest state is kept even off the grid, until the next one comes.
   const std::size_t size = ordinals_.size();
-  if (selection_ == GallerySelection::spread && size >= 2 &&
-      cell(ordinals_[size - 1]) == cell(ordinals_[size - 2])) {
+  if (size >= 2 && cell(ordinals_[size - 1]) == cell(ordinals_[size - 2])) {
     ordinals_.pop_back();
     features_.resize(features_.size() - dimension_);
   }
@@ -54,17 +52,6 @@ void AppearanceGallery::prepend(const AppearanceGallery& older) {
 }
 
 void AppearanceGallery::thin() {
-  switch (selection_) {
-    case GallerySelection::first:
-      ordinals_.resize(std::min(ordinals_.size(), capacity_));
-      features_.resize(ordinals_.size() * dimension_);
-      return;
-    case GallerySelection::last:
-      if (ordinals_.size() > capacity_) erase_oldest(ordinals_.size() - capacity_);
-      return;
-    case GallerySelection::spread:
-      break;
-  }
   while (ordinals_.size() > 2 * capacity_) {
     stride_ *= 2;
     std::size_t kept = 0;
@@ -83,12 +70,6 @@ void AppearanceGallery::thin() {
     ordinals_.resize(kept);
     features_.resize(kept * dimension_);
   }
-}
-
-void AppearanceGallery::erase_oldest(std::size_t count) {
-  ordinals_.erase(ordinals_.begin(), ordinals_.begin() + static_cast<std::ptrdiff_t>(count));
-  features_.erase(features_.begin(),
-                  features_.begin() + static_cast<std::ptrdiff_t>(count * dimension_));
 }
 
 std::size_t AppearanceGallery::size() const { return std::min(ordinals_.size(), capacity_); }

@@ -13,7 +13,7 @@ void DetectionAssignment::gate(const Tracklets& active, const FrameDetections& d
       overlaps_.find(predictions_, detections.boxes, std::min(options_.min_iou, options_.weak_iou));
   gated_.clear();
   for (const mot::Overlap& pair : overlaps) {
-    const auto& flags = detections.flags[static_cast<std::size_t>(pair.b)];
+    const auto& flags = detections.flags[pair.b];
     const double bound = flags.strong ? options_.min_iou : options_.weak_iou;
     if (!flags.dropped && pair.iou > bound) gated_.push_back(pair);
   }
@@ -35,9 +35,9 @@ void DetectionAssignment::assign_strong(const Tracklets& active,
                                         const FrameDetections& detections) {
   edges_.clear();
   for (const mot::Overlap& pair : gated_) {
-    if (!detections.flags[static_cast<std::size_t>(pair.b)].strong) continue;
+    if (!detections.flags[pair.b].strong) continue;
     double value = 0;
-    if (!affinity(*active[static_cast<std::size_t>(pair.a)], detections, pair, value)) continue;
+    if (!affinity(*active[pair.a], detections, pair, value)) continue;
     edges_.push_back({pair.a, pair.b, value});
   }
   take_best(active.size(), detections.size());
@@ -46,8 +46,8 @@ void DetectionAssignment::assign_strong(const Tracklets& active,
 void DetectionAssignment::assign_weak(const Tracklets& active, const FrameDetections& detections) {
   edges_.clear();
   for (const mot::Overlap& pair : gated_) {
-    if (detections.flags[static_cast<std::size_t>(pair.b)].strong) continue;
-    if (detection_of_[static_cast<std::size_t>(pair.a)] >= 0) continue;
+    if (detections.flags[pair.b].strong) continue;
+    if (detection_of_[pair.a] >= 0) continue;
     edges_.push_back({pair.a, pair.b, pair.iou});
   }
   if (!edges_.empty()) take_best(active.size(), detections.size());
@@ -58,8 +58,8 @@ void DetectionAssignment::take_best(std::size_t tracklets, std::size_t detection
   const auto best = mot::maximum_weight_assignment(static_cast<int>(tracklets),
                                                    static_cast<int>(detections), edges_);
   for (const mot::AssignmentEdge& edge : edges_) {
-    if (best[static_cast<std::size_t>(edge.row)] != edge.column) continue;
-    detection_of_[static_cast<std::size_t>(edge.row)] = edge.column;
+    if (best[edge.row] != edge.column) continue;
+    detection_of_[edge.row] = edge.column;
     matches_.push_back({edge.row, edge.column, edge.weight});
   }
 }
@@ -74,9 +74,9 @@ bool DetectionAssignment::affinity(const Tracklet& tracklet, const FrameDetectio
   if (!detections.flags[detection].embedded || tracklet.gallery.empty()) return true;
   if (!options_.appearance_gate && options_.lambda <= 0) return true;
   double appearance =
-      1 - tracklet.gallery.distance(detections.feature(detection), options_.gallery_distance);
-  if (options_.appearance_gate && !(appearance > threshold_)) return false;
-  if (options_.rescale_affinity) appearance = (appearance - threshold_) / (1 - threshold_);
+      1 - tracklet.gallery.distance(detections.feature(detection), appearance_.gallery_distance);
+  if (options_.appearance_gate && !(appearance > tau_a_)) return false;
+  if (options_.rescale_affinity) appearance = (appearance - tau_a_) / (1 - tau_a_);
   value = options_.lambda * appearance + (1 - options_.lambda) * motion;
   return true;
 }

@@ -22,9 +22,9 @@ struct Match {
 /// Detection assignment (section III-D, algorithm 1). Keeps its memory between frames.
 class DetectionAssignment {
  public:
-  /// `threshold`: tau_a.
-  DetectionAssignment(const TrackerOptions& options, double threshold)
-      : options_(options), threshold_(threshold) {}
+  DetectionAssignment(const AssignmentOptions& options, const AppearanceOptions& appearance,
+                      double tau_a)
+      : options_(options), appearance_(appearance), tau_a_(tau_a) {}
 
   /// The pairs of active tracklets (their predictions) and detections that pass the motion gate;
   /// to be called again when detections were added.
@@ -44,8 +44,9 @@ class DetectionAssignment {
   bool affinity(const Tracklet& tracklet, const FrameDetections& detections,
                 const mot::Overlap& pair, double& value) const;
 
-  const TrackerOptions& options_;
-  double threshold_;
+  const AssignmentOptions& options_;
+  const AppearanceOptions& appearance_;
+  double tau_a_;
   mot::OverlapFinder overlaps_;
   std::vector<mot::Tlwh> predictions_;
   std::vector<mot::Overlap> gated_;

@@ -29,21 +29,21 @@ mot::Tlwh clip(const mot::Tlwh& box, const image::ImageView& image) {
 int DetectionBoosting::boost(int frame, const image::ImageView& image, AppearanceModel& appearance,
                              const Tracklets& active, std::span<const Match> matches,
                              FrameDetections& detections) {
+  changed_ = false;
   searching_.clear();
   candidates_.clear();
   views_.clear();
   first_candidate_.assign(1, 0);
   matched_.assign(active.size(), 0);
-  for (const Match& match : matches) matched_[static_cast<std::size_t>(match.tracklet)] = 1;
+  for (const Match& match : matches) matched_[match.tracklet] = 1;
   for (std::size_t i = 0; i < active.size(); ++i) {
-    Tracklet& tracklet = *active[i];
-    if (matched_[i] || tracklet.gallery.empty() || !tracklet.confidence.positive(options_) ||
-        frame - tracklet.boosted_frame < options_.boost_interval) {
+    const Tracklet& tracklet = *active[i];
+    if (matched_[i] || tracklet.gallery.empty() || !tracklet.confidence.positive(confidence_) ||
+        frame - tracklet.boosted_frame < options_.interval) {
       continue;
     }
     sample(tracklet.state.box(), image);
-    if (options_.boost_one_pass) tracklet.boosted_frame = frame;
-    searching_.push_back(&tracklet);
+    searching_.push_back(i);
     first_candidate_.push_back(candidates_.size());
   }
   if (candidates_.empty()) return 0;
@@ -52,12 +52,12 @@ int DetectionBoosting::boost(int frame, const image::ImageView& image, Appearanc
   const std::size_t first = detections.size();
   affinities_.clear();
   for (std::size_t i = 0; i < searching_.size(); ++i) {
-    double best = tau_a_ + options_.boost_margin;
+    double best = tau_a_ + options_.margin;
     std::size_t chosen = candidates_.size();
     for (std::size_t j = first_candidate_[i]; j < first_candidate_[i + 1]; ++j) {
       if (!embeddings_.valid[j]) continue;
-      const double affinity =
-          1 - searching_[i]->gallery.distance(embeddings_.row(j), options_.gallery_distance);
+      const double affinity = 1 - active[searching_[i]]->gallery.distance(
+                                      embeddings_.row(j), appearance_.gallery_distance);
       if (affinity > best) {
         best = affinity;
         chosen = j;
@@ -71,25 +71,40 @@ int DetectionBoosting::boost(int frame, const image::ImageView& image, Appearanc
     detections.set_feature(detections.size() - 1, embeddings_.row(chosen));
     affinities_.push_back(best);
   }
-  if (detections.size() > first) suppress(detections, first);
-  return static_cast<int>(std::count_if(
-      detections.flags.begin() + static_cast<std::ptrdiff_t>(first), detections.flags.end(),
-      [](const FrameDetections::Flags& flags) { return !flags.dropped; }));
+  if (detections.size() == first) return 0;
+  suppress(detections, first);
+  int left = 0;
+  for (std::size_t i = 0; i < detections.size(); ++i) {
+    const bool dropped = detections.flags[i].dropped;
+    if (i >= first && !dropped) ++left;
+    changed_ = changed_ || dropped == (i < first);
+  }
+  return left;
+}
+
+void DetectionBoosting::note(int frame, Tracklets& active, std::span<const Match> matches,
+                             const FrameDetections& detections) const {
+  if (options_.one_pass) {
+    for (const std::size_t i : searching_) active[i]->boosted_frame = frame;
+  }
+  for (const Match& match : matches) {
+    if (detections.flags[match.detection].boosted) active[match.tracklet]->boosted_frame = frame;
+  }
 }
 
 void DetectionBoosting::sample(const mot::Cxcywh& prediction, const image::ImageView& image) {
-  const int sizes = options_.boost_scale_step > 0 ? 1 : 0;
-  const int half = options_.boost_grid / 2;
-  const double step = half > 0 ? options_.boost_reach / half : 0;
+  const int sizes = options_.scale_step > 0 ? 1 : 0;
+  const int half = options_.grid / 2;
+  const double step = half > 0 ? options_.reach / half : 0;
   for (int size = -sizes; size <= sizes; ++size) {
-    const double scale = 1 + size * options_.boost_scale_step;
+    const double scale = 1 + size * options_.scale_step;
     View view{mot::to_tlwh({prediction.cx, prediction.cy, prediction.width * scale,
                             prediction.height * scale}),
               {}};
     for (int y = -half; y <= half; ++y) {
       for (int x = -half; x <= half; ++x) {
         const double right = x * step / scale, down = y * step / scale;  // in the view's box
-        if (options_.boost_one_pass) {
+        if (options_.one_pass) {
           const BoxShift shift{static_cast<int>(std::lround(right * BoxShift::kColumns)),
                                static_cast<int>(std::lround(down * BoxShift::kRows))};
           const mot::Tlwh box = shift.applied_to(view.box);
@@ -110,7 +125,7 @@ void DetectionBoosting::sample(const mot::Cxcywh& prediction, const image::Image
 }
 
 void DetectionBoosting::embed(const image::ImageView& image, AppearanceModel& appearance) {
-  if (!options_.boost_one_pass) {
+  if (!options_.one_pass) {
     appearance.embed(image, candidates_, embeddings_);
     return;
   }
@@ -131,7 +146,7 @@ void DetectionBoosting::suppress(FrameDetections& detections, std::size_t first)
   ranks_.assign(detections.scores.begin(),
                 detections.scores.begin() + static_cast<std::ptrdiff_t>(first));
   for (const double affinity : affinities_) ranks_.push_back(lowest - 2 + affinity);
-  mot::suppress_overlaps(detections.boxes, ranks_, options_.boost_nms, overlaps_, keep_);
+  mot::suppress_overlaps(detections.boxes, ranks_, options_.nms, overlaps_, keep_);
   for (std::size_t i = 0; i < detections.size(); ++i) {
     if (!keep_[i]) detections.flags[i].dropped = true;
   }

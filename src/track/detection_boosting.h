@@ -16,30 +16,38 @@
 namespace sdmt::track {
 
 /// Detection boosting (section III-F): looks for people whom the detector missed. Around the
-/// prediction of each positive tracklet without a detection, boosted less than every boost_interval
-/// frames, boxes are sampled densely: boost_grid x boost_grid shifts of up to boost_reach widths
+/// prediction of each positive tracklet without a detection, boosted less than every `interval`
+/// frames, boxes are sampled densely: grid x grid shifts of up to `reach` widths
 /// and heights, in one size or three. They are clipped to the image and all embedded in one batch;
-/// with boost_one_pass those inside the image are embedded by AppearanceModel::embed_shifted(),
+/// with one_pass those inside the image are embedded by AppearanceModel::embed_shifted(),
 /// size by size, and those that leave it are left out. The one closest in appearance joins the
 /// detections when its affinity is above tau_a by more
-/// than boost_margin.
+/// than `margin`.
 class DetectionBoosting {
  public:
-  DetectionBoosting(const TrackerOptions& options, double tau_a)
-      : options_(options), tau_a_(tau_a) {}
+  DetectionBoosting(const BoostingOptions& options, const AppearanceOptions& appearance,
+                    const ConfidenceOptions& confidence, double tau_a)
+      : options_(options), appearance_(appearance), confidence_(confidence), tau_a_(tau_a) {}
 
   /// Appends the boosted boxes to `detections`, if any, and then marks those dropped that overlap a
-  /// better one by more than boost_nms: real ones by score, after them the boosted ones by
-  /// affinity. Returns how many boosted boxes are left. `matches` are those of the first
-  /// assignment.
+  /// better one by more than `nms`, the detector's among them: those by score, after them the
+  /// boosted ones by affinity. Returns how many boosted boxes are left. `matches` are those of the
+  /// first assignment.
   int boost(int frame, const image::ImageView& image, AppearanceModel& appearance,
             const Tracklets& active, std::span<const Match> matches, FrameDetections& detections);
+
+  /// Whether the last call left a boosted box or dropped one of the detector's: the matches must
+  /// then be made anew.
+  bool changed() const { return changed_; }
+  /// Writes down who was boosted, `matches` being the final ones, or searched for in one pass.
+  void note(int frame, Tracklets& active, std::span<const Match> matches,
+            const FrameDetections& detections) const;
 
   /// Boxes embedded by the last call.
   std::size_t candidates() const { return candidates_.size(); }
 
  private:
-  /// Samples of one size, with boost_one_pass.
+  /// Samples of one size, with one_pass.
   struct View {
     mot::Tlwh box;  ///< around the prediction
     std::vector<BoxShift> shifts;
@@ -49,10 +57,13 @@ class DetectionBoosting {
   void embed(const image::ImageView& image, AppearanceModel& appearance);
   void suppress(FrameDetections& detections, std::size_t first);
 
-  const TrackerOptions& options_;
+  const BoostingOptions& options_;
+  const AppearanceOptions& appearance_;
+  const ConfidenceOptions& confidence_;
   double tau_a_;
   std::vector<std::uint8_t> matched_;  // [active]
-  std::vector<const Tracklet*> searching_;
+  bool changed_ = false;
+  std::vector<std::size_t> searching_;        // indices into active
   std::vector<std::size_t> first_candidate_;  // [searching + 1]
   std::vector<mot::Tlwh> candidates_;
   std::vector<View> views_;         // their samples are the candidates, in order

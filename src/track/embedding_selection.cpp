@@ -8,16 +8,15 @@ namespace {
 // An overlap below this many times the motion gate is a doubtful one.
 constexpr double kClearlyInside = 1.5;
 
-bool known(const Tracklet& tracklet, int frame, const TrackerOptions& options) {
-  return tracklet.confidence.length >= options.min_length && tracklet.misses == 0 &&
-         !tracklet.gallery.empty() && frame % options.embed_refresh != 0 &&
-         frame - tracklet.feature_frame < options.embed_refresh;
-}
-
 }  // namespace
 
-const std::vector<std::size_t>& EmbeddingSelection::choose(int frame, const TrackerOptions& options,
-                                                           const Tracklets& active,
+bool EmbeddingSelection::known(const Tracklet& tracklet, int frame) const {
+  return tracklet.confidence.length >= confidence_.min_length && tracklet.misses == 0 &&
+         !tracklet.gallery.empty() && frame % options_.embed_refresh != 0 &&
+         frame - tracklet.feature_frame < options_.embed_refresh;
+}
+
+const std::vector<std::size_t>& EmbeddingSelection::choose(int frame, const Tracklets& active,
                                                            const FrameDetections& detections,
                                                            const std::vector<mot::Overlap>& gated) {
   detections_near_.assign(active.size(), 0);
@@ -25,18 +24,18 @@ const std::vector<std::size_t>& EmbeddingSelection::choose(int frame, const Trac
   tracklet_of_.assign(detections.size(), -1);
   overlap_.assign(detections.size(), 0);
   for (const mot::Overlap& pair : gated) {
-    ++detections_near_[static_cast<std::size_t>(pair.a)];
-    ++tracklets_near_[static_cast<std::size_t>(pair.b)];
-    tracklet_of_[static_cast<std::size_t>(pair.b)] = pair.a;
-    overlap_[static_cast<std::size_t>(pair.b)] = pair.iou;
+    ++detections_near_[pair.a];
+    ++tracklets_near_[pair.b];
+    tracklet_of_[pair.b] = pair.a;
+    overlap_[pair.b] = pair.iou;
   }
   chosen_.clear();
   for (std::size_t i = 0; i < detections.size(); ++i) {
     if (!detections.flags[i].strong) continue;
-    if (options.embed == EmbedPolicy::needed && tracklets_near_[i] == 1) {
-      const auto near = static_cast<std::size_t>(tracklet_of_[i]);
-      if (detections_near_[near] == 1 && overlap_[i] >= kClearlyInside * options.min_iou &&
-          known(*active[near], frame, options)) {
+    if (options_.embed == EmbedPolicy::needed && tracklets_near_[i] == 1) {
+      const int near = tracklet_of_[i];
+      if (detections_near_[near] == 1 && overlap_[i] >= kClearlyInside * assignment_.min_iou &&
+          known(*active[near], frame)) {
         continue;
       }
     }

@@ -23,12 +23,21 @@ namespace sdmt::track {
 /// one frame, because the network is quicker with many crops at once.
 class EmbeddingSelection {
  public:
+  EmbeddingSelection(const AppearanceOptions& options, const AssignmentOptions& assignment,
+                     const ConfidenceOptions& confidence)
+      : options_(options), assignment_(assignment), confidence_(confidence) {}
+
   /// Indices into `detections`, ascending; the reference holds until the next call.
-  const std::vector<std::size_t>& choose(int frame, const TrackerOptions& options,
-                                         const Tracklets& active, const FrameDetections& detections,
+  const std::vector<std::size_t>& choose(int frame, const Tracklets& active,
+                                         const FrameDetections& detections,
                                          const std::vector<mot::Overlap>& gated);
 
  private:
+  bool known(const Tracklet& tracklet, int frame) const;
+
+  const AppearanceOptions& options_;
+  const AssignmentOptions& assignment_;
+  const ConfidenceOptions& confidence_;
   std::vector<std::size_t> chosen_;
   std::vector<int> detections_near_;  // [active] pairs in the gate
   std::vector<int> tracklets_near_;   // [detections]

@@ -15,10 +15,4 @@ const char* to_string(BoxSource source) {
   return "unknown";
 }
 
-void append_results(const FinishedFrame& frame, std::vector<mot::ResultRow>& rows) {
-  for (const TrackedBox& box : frame.boxes) {
-    rows.push_back({frame.frame, box.id, box.box, box.score});
-  }
-}
-
 }  // namespace sdmt::track

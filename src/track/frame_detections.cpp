@@ -52,7 +52,7 @@ void FrameDetections::set_feature(std::size_t i, std::span<const float> feature)
 }
 
 void DetectionFilter::accept(std::span<const mot::Detection> detections,
-                             const TrackerOptions& options, FrameDetections& accepted) {
+                             const InputOptions& options, FrameDetections& accepted) {
   boxes_.clear();
   scores_.clear();
   for (std::size_t i = 0; i < detections.size(); ++i) {

@@ -19,7 +19,7 @@ struct FrameDetections {
   struct Flags {
     bool strong = false;    ///< may be matched by appearance and start a tracklet
     bool boosted = false;   ///< found by appearance, not by the detector
-    bool dropped = false;   ///< boosted, but on top of another box: not to be used
+    bool dropped = false;   ///< by boosting, because it overlaps a better box: not to be used
     bool embedded = false;  ///< has a feature vector
   };
 
@@ -45,7 +45,7 @@ struct FrameDetections {
 class DetectionFilter {
  public:
   /// Throws std::invalid_argument as Tracker::update, before `accepted` is changed.
-  void accept(std::span<const mot::Detection> detections, const TrackerOptions& options,
+  void accept(std::span<const mot::Detection> detections, const InputOptions& options,
               FrameDetections& accepted);
 
  private:

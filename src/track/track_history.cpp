@@ -7,13 +7,13 @@ namespace sdmt::track {
 
 namespace {
 
-KalmanFilter::Noise smoother_noise(const TrackerOptions& options) {
+KalmanFilter::Noise smoother_noise(const OutputOptions& options, const MotionOptions& motion) {
   KalmanFilter::Noise noise;
-  noise.measurement = options.position_noise;
+  noise.measurement = motion.position_noise;
   noise.position = options.smoothing_position_noise;
   noise.velocity = options.smoothing_velocity_noise;
   // The first box is as good as any other; nothing is known about the velocity.
-  noise.initial_position = options.position_noise;
+  noise.initial_position = motion.position_noise;
   noise.initial_velocity = 0.25;
   return noise;
 }
@@ -25,30 +25,30 @@ mot::Cxcywh between(const mot::Cxcywh& a, const mot::Cxcywh& b, double t) {
 
 }  // namespace
 
-OutputRules::OutputRules(const TrackerOptions& options)
+OutputRules::OutputRules(const OutputOptions& options, const MotionOptions& motion, int lag)
     : report(options.report),
       fill(options.fill),
       max_fill(options.max_fill),
-      smoother(smoother_noise(options)),
-      smoothing_block(std::max(1, options.decision_lag() / 8)) {}
+      smoother(smoother_noise(options, motion)),
+      smoothing_block(std::max(1, lag / 8)) {}
 
-void TrackHistory::append(const OutputRules& rules, int frame, const mot::Cxcywh& measured,
-                          const mot::Cxcywh& filtered, double score, BoxSource source) {
+void TrackHistory::append(int frame, const mot::Cxcywh& measured, const mot::Cxcywh& filtered,
+                          double score, BoxSource source) {
   Entry entry{frame, source, false, score, measured, filtered, {}, {}, {}};
-  if (rules.report == ReportBox::smoothed) {
+  if (rules_->report == ReportBox::smoothed) {
     if (entries_.empty()) {
-      entry.forward = rules.smoother.start(measured);
+      entry.forward = rules_->smoother.start(measured);
     } else {
       Entry& last = entries_.back();
-      last.gain = rules.smoother.smoother_gain(last.forward, frame - last.frame);
-      entry.forward =
-          rules.smoother.update(rules.smoother.predict(last.forward, frame - last.frame), measured);
+      last.gain = rules_->smoother.smoother_gain(last.forward, frame - last.frame);
+      entry.forward = rules_->smoother.update(
+          rules_->smoother.predict(last.forward, frame - last.frame), measured);
     }
   }
   entries_.push_back(entry);
 }
 
-void TrackHistory::prepend(const OutputRules& rules, const TrackHistory& older) {
+void TrackHistory::prepend(const TrackHistory& older) {
   std::vector<Entry> newer;
   newer.swap(entries_);
   const std::size_t start = first_;
@@ -58,13 +58,13 @@ void TrackHistory::prepend(const OutputRules& rules, const TrackHistory& older) 
   const std::size_t seam = entries_.size();
   for (std::size_t i = start; i < newer.size(); ++i) {
     const Entry& entry = newer[i];
-    append(rules, entry.frame, entry.measured, entry.filtered, entry.score, entry.source);
+    append(entry.frame, entry.measured, entry.filtered, entry.score, entry.source);
     entries_.back().merged = entry.merged;
   }
   if (seam > 0 && seam < entries_.size()) entries_[seam].merged = true;
 }
 
-std::optional<TrackedBox> TrackHistory::at(const OutputRules& rules, int frame) {
+std::optional<TrackedBox> TrackHistory::at(int frame) {
   const auto begin = entries_.begin() + static_cast<std::ptrdiff_t>(first_);
   const auto after = std::find_if(begin, entries_.end(),
                                   [frame](const Entry& entry) { return entry.frame > frame; });
@@ -73,9 +73,9 @@ std::optional<TrackedBox> TrackHistory::at(const OutputRules& rules, int frame) 
   const Entry& entry = entries_[index];
   if (entry.frame == frame) {
     TrackedBox box{0, {}, entry.source == BoxSource::detected ? entry.score : 0.0, entry.source};
-    switch (rules.report) {
+    switch (rules_->report) {
       case ReportBox::smoothed:
-        box.box = mot::to_tlwh(smoothed(rules, index).box());
+        box.box = mot::to_tlwh(smoothed(index).box());
         break;
       case ReportBox::filtered:
         box.box = mot::to_tlwh(entry.filtered);
@@ -86,23 +86,22 @@ std::optional<TrackedBox> TrackHistory::at(const OutputRules& rules, int frame) 
     }
     return box;
   }
-  if (after == entries_.end() || rules.fill == FillGaps::none) return std::nullopt;
-  if (rules.fill == FillGaps::merged && !after->merged) return std::nullopt;
-  if (after->frame - entry.frame - 1 > rules.max_fill) return std::nullopt;
-  return interpolated(rules, index, frame);
+  if (after == entries_.end() || rules_->fill == FillGaps::none) return std::nullopt;
+  if (rules_->fill == FillGaps::merged && !after->merged) return std::nullopt;
+  if (after->frame - entry.frame - 1 > rules_->max_fill) return std::nullopt;
+  return interpolated(index, frame);
 }
 
-TrackedBox TrackHistory::interpolated(const OutputRules& rules, std::size_t before, int frame) {
+TrackedBox TrackHistory::interpolated(std::size_t before, int frame) {
   const Entry& a = entries_[before];
   const Entry& b = entries_[before + 1];
   const double t = static_cast<double>(frame - a.frame) / (b.frame - a.frame);
   mot::Cxcywh box;
-  switch (rules.report) {
+  switch (rules_->report) {
     case ReportBox::smoothed: {
-      const KalmanState hidden = rules.smoother.predict(a.forward, frame - a.frame);
+      const KalmanState hidden = rules_->smoother.predict(a.forward, frame - a.frame);
       const int rest = b.frame - frame;
-      box = smooth(hidden, rest, rules.smoother.smoother_gain(hidden, rest),
-                   smoothed(rules, before + 1))
+      box = smooth(hidden, rest, rules_->smoother.smoother_gain(hidden, rest), smoothed(before + 1))
                 .box();
       box.width = std::max(box.width, KalmanFilter::kMinimumSize);
       box.height = std::max(box.height, KalmanFilter::kMinimumSize);
@@ -118,10 +117,10 @@ TrackedBox TrackHistory::interpolated(const OutputRules& rules, std::size_t befo
   return {0, mot::to_tlwh(box), 0.0, BoxSource::interpolated};
 }
 
-const KalmanState& TrackHistory::smoothed(const OutputRules& rules, std::size_t entry) {
+const KalmanState& TrackHistory::smoothed(std::size_t entry) {
   if (entries_[entry].smoothed) return *entries_[entry].smoothed;
   const auto keep = [&](std::size_t i, KalmanState state) {
-    if (entries_[i].frame >= entries_[entry].frame + rules.smoothing_block) return;
+    if (entries_[i].frame >= entries_[entry].frame + rules_->smoothing_block) return;
     // Smoothing is linear and knows nothing of sizes: keep them above zero.
     state.mean[2] = std::max(state.mean[2], KalmanFilter::kMinimumSize);
     state.mean[3] = std::max(state.mean[3], KalmanFilter::kMinimumSize);

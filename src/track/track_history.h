@@ -13,7 +13,8 @@ namespace sdmt::track {
 
 /// How boxes become output, the same for all tracks of a tracker.
 struct OutputRules {
-  explicit OutputRules(const TrackerOptions& options);
+  /// `lag`: frames between a frame and the decision about it.
+  OutputRules(const OutputOptions& options, const MotionOptions& motion, int lag);
 
   ReportBox report;
   FillGaps fill;
@@ -30,16 +31,19 @@ struct OutputRules {
 /// the boxes held here when one is reported.
 class TrackHistory {
  public:
+  /// `rules` must outlive it.
+  explicit TrackHistory(const OutputRules& rules) : rules_(&rules) {}
+
   /// `filtered`: the tracking filter's estimate after the box.
-  void append(const OutputRules& rules, int frame, const mot::Cxcywh& measured,
-              const mot::Cxcywh& filtered, double score, BoxSource source);
+  void append(int frame, const mot::Cxcywh& measured, const mot::Cxcywh& filtered, double score,
+              BoxSource source);
   /// Puts an older track's boxes before these, which must begin later; runs the smoother again
   /// over these.
-  void prepend(const OutputRules& rules, const TrackHistory& older);
+  void prepend(const TrackHistory& older);
 
   /// The box of `frame`, its id unset; nothing before the first and after the last box and in gaps
   /// that are not filled.
-  std::optional<TrackedBox> at(const OutputRules& rules, int frame);
+  std::optional<TrackedBox> at(int frame);
   /// Frees what is not needed to answer for frames after `frame`.
   void forget(int frame);
 
@@ -56,9 +60,10 @@ class TrackHistory {
     std::optional<KalmanState> smoothed;
   };
 
-  const KalmanState& smoothed(const OutputRules& rules, std::size_t entry);
-  TrackedBox interpolated(const OutputRules& rules, std::size_t before, int frame);
+  const KalmanState& smoothed(std::size_t entry);
+  TrackedBox interpolated(std::size_t before, int frame);
 
+  const OutputRules* rules_;  // a pointer, so that histories can be assigned
   std::vector<Entry> entries_;
   std::size_t first_ = 0;  // entries before are forgotten, their memory not yet given back
 };

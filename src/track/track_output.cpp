@@ -6,16 +6,15 @@
 
 namespace sdmt::track {
 
-TrackOutput::TrackOutput(const TrackerOptions& options)
-    : options_(options), rules_(options), lag_(options.decision_lag()) {}
+TrackOutput::TrackOutput(const OutputOptions& options, const MotionOptions& motion,
+                         const ConfidenceOptions& confidence, int lag)
+    : options_(options), confidence_(confidence), rules_(options, motion, lag), lag_(lag) {}
 
-void TrackOutput::merge(const Tracklet& older, Tracklet& newer) {
+void TrackOutput::announce_merge(const Tracklet& older, const Tracklet& newer) {
   if (newer.reported) merges_.push_back({newer.id, older.id});
-  // Where the newer part is in the output already, the gap before it is too and cannot be filled.
-  if (newer.first_frame > decided_) newer.history.prepend(rules_, older.history);
 }
 
-void TrackOutput::emit(int frame, bool at_end, const Tracklets& active, const Tracklets& idle,
+void TrackOutput::emit(int frame, bool at_end, Tracklets& active, Tracklets& idle,
                        std::int64_t& tracks) {
   const int due = at_end ? frame : frame - lag_;
   while (decided_ < due) {
@@ -29,19 +28,19 @@ void TrackOutput::emit(int frame, bool at_end, const Tracklets& active, const Tr
               [](const TrackedBox& x, const TrackedBox& y) { return x.id < y.id; });
   }
   finished_.clear();
-  const int delay = options_.delay == TrackerOptions::kAutoDelay ? lag_ : options_.delay;
+  const int delay = options_.delay == OutputOptions::kAutoDelay ? lag_ : options_.delay;
   while (!held_.empty() && (at_end || frame - delay >= held_.front().frame)) {
     finished_.push_back(std::move(held_.front()));
     held_.pop_front();
   }
 }
 
-void TrackOutput::decide(int frame, const Tracklets& tracklets, std::vector<TrackedBox>& boxes,
+void TrackOutput::decide(int frame, Tracklets& tracklets, std::vector<TrackedBox>& boxes,
                          std::int64_t& tracks) {
   for (const auto& tracklet : tracklets) {
     if (frame < tracklet->first_frame) continue;
-    if (tracklet->reported || tracklet->confidence.positive(options_)) {
-      if (auto box = tracklet->history.at(rules_, frame)) {
+    if (tracklet->reported || tracklet->confidence.positive(confidence_)) {
+      if (auto box = tracklet->history.at(frame)) {
         box->id = tracklet->id;
         boxes.push_back(*box);
         tracks += tracklet->reported ? 0 : 1;

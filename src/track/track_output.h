@@ -19,27 +19,30 @@ namespace sdmt::track {
 /// `auto` on gives the same output, and why that of a file is that of a stream.
 class TrackOutput {
  public:
-  explicit TrackOutput(const TrackerOptions& options);
+  /// `lag`: TrackerOptions::decision_lag().
+  TrackOutput(const OutputOptions& options, const MotionOptions& motion,
+              const ConfidenceOptions& confidence, int lag);
 
   const OutputRules& rules() const { return rules_; }
 
-  /// To be called before `older` and `newer` become one.
-  void merge(const Tracklet& older, Tracklet& newer);
+  /// Says so in the output where `newer`, about to become one with `older`, was reported already.
+  void announce_merge(const Tracklet& older, const Tracklet& newer);
+  int decided() const { return decided_; }  ///< the last frame decided about
 
   /// Decides about every frame that is due at `frame`, all that are left when at_end, and makes
   /// those whose delay is over the new finished(). Counts new ids in `tracks`.
-  void emit(int frame, bool at_end, const Tracklets& active, const Tracklets& idle,
-            std::int64_t& tracks);
+  void emit(int frame, bool at_end, Tracklets& active, Tracklets& idle, std::int64_t& tracks);
   const std::vector<FinishedFrame>& finished() const { return finished_; }
 
  private:
-  void decide(int frame, const Tracklets& tracklets, std::vector<TrackedBox>& boxes,
+  void decide(int frame, Tracklets& tracklets, std::vector<TrackedBox>& boxes,
               std::int64_t& tracks);
 
-  const TrackerOptions& options_;
+  const OutputOptions& options_;
+  const ConfidenceOptions& confidence_;
   OutputRules rules_;
   int lag_;
-  int decided_ = 0;              // last frame decided about
+  int decided_ = 0;
   std::vector<IdMerge> merges_;  // since then
   std::deque<FinishedFrame> held_;
   std::vector<FinishedFrame> finished_;

@@ -40,14 +40,14 @@ const TrackerOptions& valid(const TrackerOptions& options) {
   return options;
 }
 
-KalmanFilter::Noise tracking_noise(const TrackerOptions& options) {
+KalmanFilter::Noise tracking_noise(const MotionOptions& options) {
   return {options.position_noise, options.position_noise, options.velocity_noise,
           2 * options.position_noise, 10 * options.velocity_noise};
 }
 
-double assignment_threshold(const TrackerOptions& options, const AppearanceModel* appearance) {
-  if (options.appearance_threshold) return *options.appearance_threshold;
-  return appearance == nullptr ? 0.0 : appearance->affinity_threshold() - options.threshold_margin;
+double chosen_tau_a(const AppearanceOptions& options, const AppearanceModel* appearance) {
+  if (options.tau_a) return *options.tau_a;
+  return appearance == nullptr ? 0.0 : appearance->affinity_threshold() - options.tau_a_margin;
 }
 
 }  // namespace
@@ -56,18 +56,21 @@ struct Tracker::State {
   State(const TrackerOptions& given, AppearanceModel* model)
       : options(valid(given)),
         appearance(model),
-        motion(tracking_noise(options)),
-        assignment(options, assignment_threshold(options, model)),
-        boosting(options, assignment_threshold(options, model)),
-        association(options, model != nullptr,
-                    options.association_threshold.value_or(assignment_threshold(options, model))),
-        output(options) {}
+        tau_a(chosen_tau_a(options.appearance, model)),
+        motion(tracking_noise(options.motion)),
+        assignment(options.assignment, options.appearance, tau_a),
+        selection(options.appearance, options.assignment, options.confidence),
+        boosting(options.boosting, options.appearance, options.confidence, tau_a),
+        association(options.association, options.motion, options.appearance, model != nullptr,
+                    tau_a),
+        output(options.output, options.motion, options.confidence, options.decision_lag()) {}
 
   void require_open() const {
     if (ended) throw std::logic_error("Tracker: finish() was called, nothing can follow it");
   }
   void accept(std::span<const mot::Detection> given);
   void predict();
+  void take_back();
   void embed(const image::ImageView* image);
   void assign();
   void boost(const image::ImageView* image);
@@ -78,10 +81,13 @@ struct Tracker::State {
   void start_tracklet(std::size_t detection);
   void store_appearance(Tracklet& tracklet, std::size_t detection);
   void retire();
+  void end_all();
+  void announce_end(const Tracklet& tracklet) const;
   void merge(Tracklet& older, Tracklet& newer);
 
   const TrackerOptions options;
   AppearanceModel* const appearance;
+  const double tau_a;
   const KalmanFilter motion;
   DetectionFilter filter;
   DetectionAssignment assignment;
@@ -89,6 +95,8 @@ struct Tracker::State {
   DetectionBoosting boosting;
   TrackletAssociation association;
   TrackOutput output;
+
+  std::function<void(const EndedTrack&)> track_ended;
 
   bool ended = false;
   int frame = 0;
@@ -100,6 +108,9 @@ struct Tracker::State {
   std::vector<mot::Tlwh> boxes_to_embed;
   Embeddings embeddings;
   TrackerStats stats;
+  // As they were before the frame, for take_back().
+  TrackerStats stats_before;
+  std::vector<KalmanState> states_before;  // [active]
 };
 
 Tracker::Tracker(const TrackerOptions& options, AppearanceModel* appearance)
@@ -113,11 +124,16 @@ const std::vector<FinishedFrame>& Tracker::update(std::span<const mot::Detection
   state_->require_open();
   state_->accept(detections);
   state_->predict();
-  state_->embed(frame);
-  state_->assign();
-  state_->boost(frame);
+  try {
+    state_->embed(frame);
+    state_->assign();
+    state_->boost(frame);
+  } catch (...) {
+    state_->take_back();
+    throw;
+  }
   state_->update_tracklets();
-  if (state_->frame % state_->options.association_interval == 0) state_->associate();
+  if (state_->frame % state_->options.association.interval == 0) state_->associate();
   state_->emit(false);
   return state_->output.finished();
 }
@@ -127,10 +143,24 @@ const std::vector<FinishedFrame>& Tracker::finish() {
   state_->ended = true;
   state_->associate();
   state_->emit(true);
+  state_->end_all();
   return state_->output.finished();
 }
 
 const TrackerStats& Tracker::stats() const { return state_->stats; }
+
+const AppearanceGallery* Tracker::gallery(int id) const {
+  for (const Tracklets* group : {&state_->active, &state_->idle}) {
+    for (const auto& tracklet : *group) {
+      if (tracklet->id == id) return &tracklet->gallery;
+    }
+  }
+  return nullptr;
+}
+
+void Tracker::on_track_ended(std::function<void(const EndedTrack&)> observer) {
+  state_->track_ended = std::move(observer);
+}
 
 void Tracker::on_association(std::function<void(const AssociationDecision&)> observer) {
   state_->association.observer = std::move(observer);
@@ -138,7 +168,8 @@ void Tracker::on_association(std::function<void(const AssociationDecision&)> obs
 
 void Tracker::State::accept(std::span<const mot::Detection> given) {
   const Stopwatch watch(stats.predict_seconds);
-  filter.accept(given, options, detections);
+  filter.accept(given, options.input, detections);
+  stats_before = stats;
   ++frame;
   ++stats.frames;
   stats.detections += static_cast<std::int64_t>(given.size());
@@ -147,9 +178,21 @@ void Tracker::State::accept(std::span<const mot::Detection> given) {
 
 void Tracker::State::predict() {
   const Stopwatch watch(stats.predict_seconds);
+  states_before.clear();
   for (const auto& tracklet : active) {
+    states_before.push_back(tracklet->state);
     tracklet->state = motion.predict(tracklet->state);
     tracklet->state_frame = frame;
+  }
+}
+
+// Until here nothing but the frame's number, the counts and the predictions has changed.
+void Tracker::State::take_back() {
+  --frame;
+  stats = stats_before;
+  for (std::size_t i = 0; i < active.size(); ++i) {
+    active[i]->state = states_before[i];
+    active[i]->state_frame = frame;
   }
 }
 
@@ -160,7 +203,7 @@ void Tracker::State::embed(const image::ImageView* image) {
   }
   if (appearance == nullptr || image == nullptr || image->empty()) return;
   const Stopwatch watch(stats.embed_seconds);
-  const auto& chosen = selection.choose(frame, options, active, detections, assignment.gated());
+  const auto& chosen = selection.choose(frame, active, detections, assignment.gated());
   if (chosen.empty()) return;
   boxes_to_embed.clear();
   for (const std::size_t i : chosen) boxes_to_embed.push_back(detections.boxes[i]);
@@ -181,14 +224,17 @@ void Tracker::State::assign() {
 }
 
 void Tracker::State::boost(const image::ImageView* image) {
-  if (!options.boosting || appearance == nullptr || image == nullptr || image->empty()) return;
+  if (!options.boosting.enabled || appearance == nullptr || image == nullptr || image->empty())
+    return;
   const Stopwatch watch(stats.boost_seconds);
-  const int added = boosting.boost(frame, *image, *appearance, active, matches, detections);
+  boosting.boost(frame, *image, *appearance, active, matches, detections);
   stats.embedded += static_cast<std::int64_t>(boosting.candidates());
-  if (added == 0) return;
-  // The whole frame again, from the same predictions: a boosted box may free a detection.
-  assignment.gate(active, detections);
-  matches = assignment.assign(active, detections);
+  if (boosting.changed()) {
+    // The whole frame again, from the same predictions: a boosted box may free a detection.
+    assignment.gate(active, detections);
+    matches = assignment.assign(active, detections);
+  }
+  boosting.note(frame, active, matches, detections);
 }
 
 void Tracker::State::update_tracklets() {
@@ -196,7 +242,7 @@ void Tracker::State::update_tracklets() {
   for (const auto& tracklet : active) ++tracklet->misses;
   std::vector<bool> taken(detections.size(), false);
   for (const Match& match : matches) {
-    Tracklet& tracklet = *active[static_cast<std::size_t>(match.tracklet)];
+    Tracklet& tracklet = *active[match.tracklet];
     const auto detection = static_cast<std::size_t>(match.detection);
     taken[detection] = true;
     const mot::Cxcywh box = mot::to_cxcywh(detections.boxes[detection]);
@@ -206,13 +252,12 @@ void Tracker::State::update_tracklets() {
     const auto& flags = detections.flags[detection];
     const double score = detections.scores[detection];
     if (flags.boosted) {
-      tracklet.boosted_frame = frame;
       ++stats.boosted;
     } else {
-      tracklet.confidence.add(score, 1 - match.affinity);
+      tracklet.confidence.add(score);
       store_appearance(tracklet, detection);
     }
-    tracklet.history.append(output.rules(), frame, box, tracklet.state.box(), score,
+    tracklet.history.append(frame, box, tracklet.state.box(), score,
                             flags.boosted ? BoxSource::boosted : BoxSource::detected);
   }
   retire();
@@ -223,21 +268,21 @@ void Tracker::State::update_tracklets() {
 }
 
 void Tracker::State::start_tracklet(std::size_t detection) {
-  auto tracklet = std::make_unique<Tracklet>(++last_id, frame, options);
+  auto tracklet =
+      std::make_unique<Tracklet>(++last_id, frame, options.appearance.gallery_size, output.rules());
   const mot::Cxcywh box = mot::to_cxcywh(detections.boxes[detection]);
   const double score = detections.scores[detection];
   tracklet->first_box = box;
   tracklet->state = motion.start(box);
-  tracklet->confidence.add(score, 0);
+  tracklet->confidence.add(score);
   store_appearance(*tracklet, detection);
-  tracklet->history.append(output.rules(), frame, box, box, score, BoxSource::detected);
+  tracklet->history.append(frame, box, box, score, BoxSource::detected);
   active.push_back(std::move(tracklet));
   ++stats.tracklets;
 }
 
 void Tracker::State::store_appearance(Tracklet& tracklet, std::size_t detection) {
   if (!detections.flags[detection].embedded) return;
-  if (detections.scores[detection] < options.feature_min_confidence) return;
   tracklet.gallery.add(detections.feature(detection));
   tracklet.feature_frame = frame;
 }
@@ -246,12 +291,17 @@ void Tracker::State::store_appearance(Tracklet& tracklet, std::size_t detection)
 // of: negative ones, which get no more detections, and old ones, behind which no tracklet can begin
 // any more and be positive in time.
 void Tracker::State::retire() {
-  const int horizon = options.max_misses + options.association_horizon + options.auto_delay();
-  std::erase_if(idle, [&](const auto& tracklet) { return frame - tracklet->last_frame > horizon; });
+  const int horizon =
+      options.motion.max_misses + options.association.horizon + options.auto_delay();
+  std::erase_if(idle, [&](const auto& tracklet) {
+    const bool over = frame - tracklet->last_frame > horizon;
+    if (over) announce_end(*tracklet);
+    return over;
+  });
   bool sorted = true;
   for (auto& tracklet : active) {
-    if (tracklet->misses < options.max_misses) continue;
-    if (tracklet->reported || tracklet->confidence.positive(options)) {
+    if (tracklet->misses < options.motion.max_misses) continue;
+    if (tracklet->reported || tracklet->confidence.positive(options.confidence)) {
       sorted = sorted && (idle.empty() || idle.back()->id < tracklet->id);
       idle.push_back(std::move(tracklet));
     } else {
@@ -264,13 +314,28 @@ void Tracker::State::retire() {
   }
 }
 
+void Tracker::State::announce_end(const Tracklet& tracklet) const {
+  if (!track_ended || !tracklet.reported) return;
+  track_ended({tracklet.id, tracklet.first_frame, tracklet.last_frame, tracklet.gallery});
+}
+
+void Tracker::State::end_all() {
+  std::vector<const Tracklet*> left;
+  for (const Tracklets* group : {&idle, &active}) {
+    for (const auto& tracklet : *group) left.push_back(tracklet.get());
+  }
+  std::sort(left.begin(), left.end(), [](auto* x, auto* y) { return x->id < y->id; });
+  for (const Tracklet* tracklet : left) announce_end(*tracklet);
+}
+
 void Tracker::State::associate() {
-  if (!options.association || (appearance == nullptr && !options.motion_association)) return;
+  if (!options.association.enabled) return;
+  if (appearance == nullptr && !options.association.by_motion) return;
   const Stopwatch watch(stats.associate_seconds);
   std::vector<Tracklet*> positive;
   for (const Tracklets* group : {&idle, &active}) {
     for (const auto& tracklet : *group) {
-      if (tracklet->confidence.positive(options)) positive.push_back(tracklet.get());
+      if (tracklet->confidence.positive(options.confidence)) positive.push_back(tracklet.get());
     }
   }
   const auto by_id = [](const auto& x, const auto& y) { return x->id < y->id; };
@@ -285,13 +350,8 @@ void Tracker::State::associate() {
 
 void Tracker::State::merge(Tracklet& older, Tracklet& newer) {
   ++stats.merges;
-  output.merge(older, newer);
-  newer.id = older.id;
-  newer.first_frame = older.first_frame;
-  newer.first_box = older.first_box;
-  newer.confidence.add(older.confidence);
-  newer.gallery.prepend(older.gallery);
-  newer.reported = newer.reported || older.reported;
+  output.announce_merge(older, newer);
+  newer.absorb(older, output.decided());
   for (Tracklets* group : {&idle, &active}) {
     std::erase_if(*group, [&older](const auto& tracklet) { return tracklet.get() == &older; });
   }

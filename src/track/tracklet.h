@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "appearance_gallery.h"
+#include "sdmt/track/appearance_gallery.h"
 #include "sdmt/track/kalman_filter.h"
 #include "sdmt/track/tracker_options.h"
 #include "track_history.h"
@@ -16,33 +16,31 @@ namespace sdmt::track {
 struct TrackletConfidence {
   int length = 0;
   double score_sum = 0;
-  double cost_sum = 0;  ///< of 1 - affinity; the first detection costs nothing
 
-  void add(double score, double cost) {
+  void add(double score) {
     ++length;
     score_sum += score;
-    cost_sum += cost;
   }
   void add(const TrackletConfidence& other) {
     length += other.length;
     score_sum += other.score_sum;
-    cost_sum += other.cost_sum;
   }
-  bool positive(const TrackerOptions& options) const {
-    return length >= options.min_length && score_sum >= options.min_mean_confidence * length &&
-           cost_sum <= options.max_mean_cost * length;
+  bool positive(const ConfidenceOptions& options) const {
+    return length >= options.min_length && score_sum >= options.min_mean_confidence * length;
   }
 };
 
 /// A piece of a person's track: detections joined by assignment, and the older pieces that
 /// association joined to it.
 struct Tracklet {
-  Tracklet(int tracklet_id, int frame, const TrackerOptions& options)
+  /// `rules`, those of the output, must outlive it.
+  Tracklet(int tracklet_id, int frame, int gallery_size, const OutputRules& rules)
       : id(tracklet_id),
         first_frame(frame),
         last_frame(frame),
         state_frame(frame),
-        gallery(options.gallery_size, options.gallery_selection) {}
+        gallery(gallery_size),
+        history(rules) {}
 
   int id;
   int first_frame;  ///< of the first box, merged pieces included
@@ -57,6 +55,19 @@ struct Tracklet {
   TrackletConfidence confidence;
   AppearanceGallery gallery;
   TrackHistory history;
+
+  /// Takes an older piece of the same person into this one, which goes on under the older id.
+  /// `decided`: the last frame in the output; where this piece is in it, so is the gap before it,
+  /// which can then not be filled any more.
+  void absorb(const Tracklet& older, int decided) {
+    if (first_frame > decided) history.prepend(older.history);
+    id = older.id;
+    first_frame = older.first_frame;
+    first_box = older.first_box;
+    confidence.add(older.confidence);
+    gallery.prepend(older.gallery);
+    reported = reported || older.reported;
+  }
 
   /// The box expected in any frame.
   mot::Cxcywh predicted(int frame) const { return extrapolate(state, frame - state_frame); }

@@ -23,22 +23,6 @@ bool ordered(const AssociationPair& x, const AssociationPair& y) {
 
 }  // namespace
 
-const char* to_string(AssociationVerdict verdict) {
-  switch (verdict) {
-    case AssociationVerdict::merged:
-      return "merged";
-    case AssociationVerdict::too_far:
-      return "too far from the prediction";
-    case AssociationVerdict::appearance:
-      return "appearance too different";
-    case AssociationVerdict::no_feature:
-      return "no appearance stored";
-    case AssociationVerdict::better_pair:
-      return "a better pair was merged";
-  }
-  return "unknown";
-}
-
 void TrackletAssociation::run(int frame, std::vector<Tracklet*> tracklets,
                               const std::function<void(Tracklet&, Tracklet&)>& merge) {
   pairs_.clear();
@@ -78,8 +62,8 @@ void TrackletAssociation::judge_all(int frame, const std::vector<Tracklet*>& tra
 
 bool TrackletAssociation::within_reach(const mot::Cxcywh& predicted,
                                        const mot::Cxcywh& first) const {
-  if (by_appearance_ && options_.association_reach > 0) {
-    return distance_in_heights(predicted, first) < options_.association_reach;
+  if (by_appearance_ && options_.reach > 0) {
+    return distance_in_heights(predicted, first) < options_.reach;
   }
   return iou(mot::to_tlwh(predicted), mot::to_tlwh(first)) > 0;
 }
@@ -87,7 +71,7 @@ bool TrackletAssociation::within_reach(const mot::Cxcywh& predicted,
 std::optional<AssociationPair> TrackletAssociation::judge(int frame, Tracklet& older,
                                                           Tracklet& newer) const {
   const int gap = newer.first_frame - older.last_frame;
-  if (gap <= 0 || gap > options_.max_misses + options_.association_horizon || older.misses == 0) {
+  if (gap <= 0 || gap > motion_.max_misses + options_.horizon || older.misses == 0) {
     return std::nullopt;
   }
   const mot::Cxcywh predicted = older.predicted(newer.first_frame);
@@ -102,7 +86,7 @@ std::optional<AssociationPair> TrackletAssociation::judge(int frame, Tracklet& o
     report(frame, older, newer, kUnknown, AssociationVerdict::no_feature);
     return std::nullopt;
   }
-  const double affinity = 1 - older.gallery.distance(newer.gallery, options_.gallery_distance);
+  const double affinity = 1 - older.gallery.distance(newer.gallery, appearance_.gallery_distance);
   if (!(affinity > threshold_)) {
     report(frame, older, newer, affinity, AssociationVerdict::appearance);
     return std::nullopt;
@@ -114,7 +98,7 @@ std::optional<AssociationPair> TrackletAssociation::judge(int frame, Tracklet& o
 const AssociationPair& TrackletAssociation::best() const {
   return *std::max_element(pairs_.begin(), pairs_.end(),
                            [this](const AssociationPair& x, const AssociationPair& y) {
-                             if (options_.literal_association && x.older->id != y.older->id) {
+                             if (options_.literal && x.older->id != y.older->id) {
                                return x.older->id > y.older->id;
                              }
                              return x.score < y.score || (x.score == y.score && ordered(y, x));

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "sdmt/track/tracker.h"
+#include "sdmt/track/association_decision.h"
 #include "sdmt/track/tracker_options.h"
 #include "tracklet.h"
 
@@ -22,16 +22,21 @@ struct AssociationPair {
 /// Tracklet association (section III-G, algorithm 2): joins positive tracklets across gaps.
 ///
 /// A newer tracklet can continue an older one that misses its detection when it began after the
-/// older one's last box, at most max_misses + association_horizon frames later, its first box is
-/// near the older one's prediction for that frame (association_reach; by motion alone and in the
-/// paper: IoU > 0), and the mean (or smallest) distance of their stored appearance leaves an
-/// affinity above the threshold. Pairs are merged
-/// best first, all affected pairs judged anew after each merge, until none is left.
+/// older one's last box, at most max_misses + horizon frames later, its first box is near the older
+/// one's prediction for that frame (`reach`; by motion alone and in the paper: IoU > 0), and the
+/// mean (or smallest) distance of their stored appearance leaves an affinity above the threshold.
+/// Pairs are merged best first, all affected pairs judged anew after each merge, until none is
+/// left.
 class TrackletAssociation {
  public:
-  /// `by_appearance`: false to judge by motion alone. `threshold`: tau_a or what stands for it.
-  TrackletAssociation(const TrackerOptions& options, bool by_appearance, double threshold)
-      : options_(options), by_appearance_(by_appearance), threshold_(threshold) {}
+  /// `by_appearance`: false to judge by motion alone. `tau_a`: where the options name no threshold.
+  TrackletAssociation(const AssociationOptions& options, const MotionOptions& motion,
+                      const AppearanceOptions& appearance, bool by_appearance, double tau_a)
+      : options_(options),
+        motion_(motion),
+        appearance_(appearance),
+        by_appearance_(by_appearance),
+        threshold_(options.threshold.value_or(tau_a)) {}
 
   /// Calls merge(older, newer) for each pair to join, `tracklets` being all positive ones by id.
   /// merge() must leave the joined track in `newer` under the older id; `older` is not looked at
@@ -49,7 +54,9 @@ class TrackletAssociation {
   void report(int frame, const Tracklet& older, const Tracklet& newer, double affinity,
               AssociationVerdict verdict) const;
 
-  const TrackerOptions& options_;
+  const AssociationOptions& options_;
+  const MotionOptions& motion_;
+  const AppearanceOptions& appearance_;
   bool by_appearance_;
   double threshold_;
   std::vector<AssociationPair> pairs_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "appearance_gallery.h"
+#include "sdmt/track/appearance_gallery.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,9 +15,8 @@ namespace {
 using ::testing::ElementsAre;
 
 // States that carry their number, so that one can see which were kept.
-AppearanceGallery numbered(int count, int capacity,
-                           GallerySelection selection = GallerySelection::spread, int first = 0) {
-  AppearanceGallery gallery(capacity, selection);
+AppearanceGallery numbered(int count, int capacity, int first = 0) {
+  AppearanceGallery gallery(capacity);
   for (int i = 0; i < count; ++i) {
     gallery.add(std::vector<float>{static_cast<float>(first + i), 1});
   }
@@ -46,7 +45,7 @@ TEST(AppearanceGallery, SpreadsEvenlyFromTheFirstToTheLatest) {
 
 TEST(AppearanceGallery, StaysBoundedAndEvenForEver) {
   constexpr int kCapacity = 20;
-  AppearanceGallery gallery(kCapacity, GallerySelection::spread);
+  AppearanceGallery gallery(kCapacity);
   for (int count = 1; count <= 20000; ++count) {
     gallery.add(std::vector<float>{static_cast<float>(count - 1), 1});
     const auto kept = numbers(gallery);
@@ -61,36 +60,24 @@ TEST(AppearanceGallery, StaysBoundedAndEvenForEver) {
   }
 }
 
-TEST(AppearanceGallery, CanKeepTheFirstOrTheLast) {
-  EXPECT_THAT(numbers(numbered(100, 3, GallerySelection::first)), ElementsAre(0, 1, 2));
-  EXPECT_THAT(numbers(numbered(100, 3, GallerySelection::last)), ElementsAre(97, 98, 99));
-}
-
 TEST(AppearanceGallery, JoinsAnOlderPart) {
-  AppearanceGallery newer = numbered(4, 5, GallerySelection::spread, 10);
+  AppearanceGallery newer = numbered(4, 5, 10);
   newer.prepend(numbered(3, 5));
   EXPECT_THAT(numbers(newer), ElementsAre(0, 2, 10, 12, 13));
   newer.add(std::vector<float>{14, 1});
   EXPECT_EQ(numbers(newer).back(), 14);
 
-  AppearanceGallery empty(5, GallerySelection::spread);
+  AppearanceGallery empty(5);
   empty.prepend(numbered(3, 5));
   EXPECT_THAT(numbers(empty), ElementsAre(0, 1, 2));
-  empty.prepend(AppearanceGallery(5, GallerySelection::spread));
+  empty.prepend(AppearanceGallery(5));
   EXPECT_THAT(numbers(empty), ElementsAre(0, 1, 2));
-
-  AppearanceGallery first = numbered(2, 3, GallerySelection::first, 10);
-  first.prepend(numbered(2, 3, GallerySelection::first));
-  EXPECT_THAT(numbers(first), ElementsAre(0, 1, 10));
-  AppearanceGallery last = numbered(2, 3, GallerySelection::last, 10);
-  last.prepend(numbered(2, 3, GallerySelection::last));
-  EXPECT_THAT(numbers(last), ElementsAre(1, 10, 11));
 }
 
 TEST(AppearanceGallery, MeasuresDistancesAsWritten) {
   nn::Random random(3);
   std::vector<std::vector<float>> a(4), b(3);
-  AppearanceGallery first(20, GallerySelection::spread), second(20, GallerySelection::spread);
+  AppearanceGallery first(20), second(20);
   const auto fill = [&](std::vector<std::vector<float>>& vectors, AppearanceGallery& gallery) {
     for (auto& vector : vectors) {
       for (int i = 0; i < 37; ++i) vector.push_back(static_cast<float>(random.normal()));

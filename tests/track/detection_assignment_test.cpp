@@ -20,12 +20,13 @@ std::vector<float> look(double degrees) {
 class Assignment : public ::testing::Test {
  protected:
   Assignment() {
-    options_.rescale_affinity = false;
-    options_.gallery_distance = GalleryDistance::mean;
+    options_.assignment.rescale_affinity = false;
+    options_.appearance.gallery_distance = GalleryDistance::mean;
   }
 
   void add_tracklet(const mot::Tlwh& box, std::vector<double> looks = {}) {
-    auto tracklet = std::make_unique<Tracklet>(static_cast<int>(active_.size()) + 1, 1, options_);
+    auto tracklet = std::make_unique<Tracklet>(static_cast<int>(active_.size()) + 1, 1,
+                                               options_.appearance.gallery_size, rules_);
     const mot::Cxcywh centre = mot::to_cxcywh(box);
     tracklet->state.mean = {centre.cx, centre.cy, centre.width, centre.height};
     for (const double degrees : looks) tracklet->gallery.add(look(degrees));
@@ -43,7 +44,7 @@ class Assignment : public ::testing::Test {
 
   // [tracklets] the detection of each, -1 for none.
   std::vector<int> assign() {
-    DetectionAssignment assignment(options_, kThreshold);
+    DetectionAssignment assignment(options_.assignment, options_.appearance, kThreshold);
     assignment.gate(active_, detections_);
     std::vector<int> given(active_.size(), -1);
     matches_ = assignment.assign(active_, detections_);
@@ -55,6 +56,7 @@ class Assignment : public ::testing::Test {
   }
 
   TrackerOptions options_;
+  OutputRules rules_{options_.output, options_.motion, options_.decision_lag()};
   Tracklets active_;
   FrameDetections detections_;
   std::vector<Match> matches_;
@@ -63,11 +65,11 @@ class Assignment : public ::testing::Test {
 using Given = std::vector<int>;
 
 TEST_F(Assignment, MotionGateIsStrict) {
-  options_.min_iou = 0.5;
+  options_.assignment.min_iou = 0.5;
   add_tracklet({0, 0, 10, 20});
   add_detection({0, 0, 10, 10});  // IoU 0.5 exactly
   EXPECT_EQ(assign(), Given{-1});
-  options_.min_iou = 0.49;
+  options_.assignment.min_iou = 0.49;
   EXPECT_EQ(assign(), Given{0});
   EXPECT_DOUBLE_EQ(matches_[0].affinity, 0.5);
 }
@@ -85,16 +87,16 @@ TEST_F(Assignment, AppearanceForbidsAStranger) {
   add_tracklet({0, 0, 100, 100}, {0});
   add_detection({0, 0, 100, 100}, 90.0);
   EXPECT_EQ(assign(), Given{-1});
-  options_.appearance_gate = false;
-  options_.lambda = 0;
+  options_.assignment.appearance_gate = false;
+  options_.assignment.lambda = 0;
   EXPECT_EQ(assign(), Given{0});
   // Without the gate a pair of affinity <= 0 is still not matched: here 0.9 * (1 - sqrt 2) + 0.1.
-  options_.lambda = 0.9;
+  options_.assignment.lambda = 0.9;
   EXPECT_EQ(assign(), Given{-1});
 }
 
 TEST_F(Assignment, AppearanceGateIsStrictOnTheMeanOverTheGallery) {
-  options_.gallery_distance = GalleryDistance::mean;
+  options_.appearance.gallery_distance = GalleryDistance::mean;
   // Distance of unit vectors: 2 sin(angle / 2). 5 and 17 degrees: 0.0872 and 0.2956, mean 0.191.
   add_tracklet({0, 0, 100, 100}, {-5, -17});
   add_detection({0, 0, 100, 100}, 0.0);
@@ -103,7 +105,7 @@ TEST_F(Assignment, AppearanceGateIsStrictOnTheMeanOverTheGallery) {
   active_.clear();
   add_tracklet({0, 0, 100, 100}, {-5, -20});  // mean 0.217
   EXPECT_EQ(assign(), Given{-1});
-  options_.gallery_distance = GalleryDistance::nearest;
+  options_.appearance.gallery_distance = GalleryDistance::nearest;
   EXPECT_EQ(assign(), Given{0});
 }
 
@@ -111,14 +113,14 @@ TEST_F(Assignment, LambdaWeighsAppearanceAgainstMotion) {
   add_tracklet({0, 0, 100, 100}, {0});
   add_detection({10, 0, 100, 100}, 10.0);  // closer: IoU 0.82, affinity 0.83
   add_detection({35, 0, 100, 100}, 0.0);   // more alike: IoU 0.48, affinity 1
-  options_.lambda = 0;
+  options_.assignment.lambda = 0;
   EXPECT_EQ(assign(), Given{0});
-  options_.lambda = 1;
+  options_.assignment.lambda = 1;
   EXPECT_EQ(assign(), Given{1});
   // Literally, the narrow range of appearance leaves the choice to motion; rescaled it counts.
-  options_.lambda = 0.5;
+  options_.assignment.lambda = 0.5;
   EXPECT_EQ(assign(), Given{0});
-  options_.rescale_affinity = true;
+  options_.assignment.rescale_affinity = true;
   EXPECT_EQ(assign(), Given{1});
   EXPECT_NEAR(matches_[0].affinity, 0.5 * 1 + 0.5 * (65.0 / 135 - 0.3) / 0.7, 1e-6);
 }
@@ -138,7 +140,7 @@ TEST_F(Assignment, WeakDetectionsGetWhatIsLeft) {
   add_detection({20, 0, 100, 100}, true);
   add_detection({320, 0, 100, 100}, false);
   EXPECT_EQ(assign(), (Given{1, 2}));
-  options_.weak_iou = 0.7;  // 80 / 120 is less
+  options_.assignment.weak_iou = 0.7;  // 80 / 120 is less
   EXPECT_EQ(assign(), (Given{1, -1}));
 }
 

@@ -15,32 +15,36 @@ namespace {
 class Boosting : public ::testing::Test {
  protected:
   Boosting() {
-    options_.boost_one_pass = false;
-    options_.boost_scale_step = 0.1;
+    options_.boosting.one_pass = false;
+    options_.boosting.scale_step = 0.1;
     appearance_.people = {{{100, 100, 40, 90}, 3}};
   }
 
   Tracklet& add_tracklet(const mot::Tlwh& predicted, const mot::Tlwh& seen, int length = 6) {
-    auto tracklet = std::make_unique<Tracklet>(static_cast<int>(active_.size()) + 1, 1, options_);
+    auto tracklet = std::make_unique<Tracklet>(static_cast<int>(active_.size()) + 1, 1,
+                                               options_.appearance.gallery_size, rules_);
     const mot::Cxcywh centre = mot::to_cxcywh(predicted);
     tracklet->state.mean = {centre.cx, centre.cy, centre.width, centre.height};
     Embeddings state;
     appearance_.embed(image_, std::vector{seen}, state);
     tracklet->gallery.add(state.row(0));
-    for (int i = 0; i < length; ++i) tracklet->confidence.add(0.9, 0);
+    for (int i = 0; i < length; ++i) tracklet->confidence.add(0.9);
     appearance_.calls = 0;
     active_.push_back(std::move(tracklet));
     return *active_.back();
   }
 
   int boost(int frame = 10) {
-    return boosting_.boost(frame, image_, appearance_, active_, matches_, detections_);
+    const int left = boosting_.boost(frame, image_, appearance_, active_, matches_, detections_);
+    boosting_.note(frame, active_, {}, detections_);  // nothing boosted was assigned
+    return left;
   }
 
   TrackerOptions options_;
+  OutputRules rules_{options_.output, options_.motion, options_.decision_lag()};
   test::FakeAppearance appearance_;
   image::ImageView image_ = test::blank();
-  DetectionBoosting boosting_{options_, 0.6};
+  DetectionBoosting boosting_{options_.boosting, options_.appearance, options_.confidence, 0.6};
   Tracklets active_;
   std::vector<Match> matches_;
   FrameDetections detections_;
@@ -89,7 +93,7 @@ TEST_F(Boosting, TakesNobodyWhoLooksDifferent) {
 TEST_F(Boosting, AsksForMoreThanTauA) {
   // The nearest sample is 1/20 of a width off: affinity 0.86.
   for (const auto& [margin, found] : std::vector<std::pair<double, int>>{{0.2, 1}, {0.3, 0}}) {
-    options_.boost_margin = margin;
+    options_.boosting.margin = margin;
     detections_.clear();
     active_.clear();
     add_tracklet({102, 100, 40, 90}, {100, 100, 40, 90});
@@ -117,6 +121,31 @@ TEST_F(Boosting, YieldsToDetectionsAndToBetterBoostedBoxes) {
   EXPECT_EQ(boost(), 2);  // the two on the same person become one
 }
 
+// The boosted box yields to a detection, but two detections of which one is dropped were matched.
+TEST_F(Boosting, SaysWhenADetectionThatIsMatchedWasDropped) {
+  add_tracklet({800, 102, 40, 90}, {800, 102, 40, 90});
+  add_tracklet({803, 102, 40, 90}, {803, 102, 40, 90});
+  add_tracklet({108, 100, 40, 90}, {100, 100, 40, 90});
+  FrameDetections::Flags strong;
+  strong.strong = true;
+  detections_.add({800, 102, 40, 90}, 0.7, strong);
+  detections_.add({803, 102, 40, 90}, 0.6, strong);
+  detections_.add({102, 102, 40, 90}, 0.7, strong);
+  matches_ = {{0, 0, 1}, {1, 1, 1}};
+  EXPECT_EQ(boost(), 0);
+  EXPECT_TRUE(detections_.flags[1].dropped);
+  EXPECT_TRUE(boosting_.changed());
+  EXPECT_EQ(active_[2]->boosted_frame, -1000000);  // nothing came of it
+
+  // A box that yields and takes nothing with it changes nothing.
+  detections_.clear();
+  detections_.add({102, 102, 40, 90}, 0.7, strong);
+  matches_.clear();
+  active_.erase(active_.begin(), active_.begin() + 2);
+  EXPECT_EQ(boost(), 0);
+  EXPECT_FALSE(boosting_.changed());
+}
+
 TEST_F(Boosting, StaysInsideTheImage) {
   image_ = test::blank(120, 150);
   add_tracklet({100, 100, 40, 90}, {100, 100, 40, 90});
@@ -131,7 +160,7 @@ TEST_F(Boosting, StaysInsideTheImage) {
 }
 
 TEST_F(Boosting, InOnePassReadsTheGridSizeBySize) {
-  options_.boost_one_pass = true;
+  options_.boosting.one_pass = true;
   // The samples 0.2 widths to the left and 0.1 heights up are moved to -3/16 and -3/32.
   add_tracklet({107.5, 108.4375, 40, 90}, {100, 100, 40, 90});
   EXPECT_EQ(boost(), 1);
@@ -145,8 +174,8 @@ TEST_F(Boosting, InOnePassReadsTheGridSizeBySize) {
 }
 
 TEST_F(Boosting, InOnePassBoxesThatLeaveTheImageAreLeftOut) {
-  options_.boost_one_pass = true;
-  options_.boost_scale_step = 0;
+  options_.boosting.one_pass = true;
+  options_.boosting.scale_step = 0;
   appearance_.people = {{{6, 100, 40, 90}, 3}};
   add_tracklet({1, 100, 40, 90}, {6, 100, 40, 90});
   EXPECT_EQ(boost(), 1);
@@ -162,7 +191,7 @@ TEST_F(Boosting, InOnePassBoxesThatLeaveTheImageAreLeftOut) {
 }
 
 TEST_F(Boosting, InOnePassTheIntervalCountsSearches) {
-  options_.boost_one_pass = true;
+  options_.boosting.one_pass = true;
   add_tracklet({100, 100, 40, 90}, {100, 100, 40, 90});
   appearance_.people.clear();  // nobody is found
   for (const auto& [frame, searched] :

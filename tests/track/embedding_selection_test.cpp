@@ -15,11 +15,11 @@ using ::testing::IsEmpty;
 
 class Selection : public ::testing::Test {
  protected:
-  Selection() { options_.embed = EmbedPolicy::needed; }
+  Selection() { options_.appearance.embed = EmbedPolicy::needed; }
 
   Tracklet& add_tracklet(int length = 6, int feature_frame = 99) {
-    auto tracklet = std::make_unique<Tracklet>(1, 1, options_);
-    for (int i = 0; i < length; ++i) tracklet->confidence.add(1, 0);
+    auto tracklet = std::make_unique<Tracklet>(1, 1, options_.appearance.gallery_size, rules_);
+    for (int i = 0; i < length; ++i) tracklet->confidence.add(1);
     tracklet->gallery.add(std::vector<float>{1});
     tracklet->feature_frame = feature_frame;
     active_.push_back(std::move(tracklet));
@@ -31,18 +31,19 @@ class Selection : public ::testing::Test {
     detections_.add({}, 1, flags);
   }
   const std::vector<std::size_t>& choose(int frame = 100) {
-    return selection_.choose(frame, options_, active_, detections_, gated_);
+    return selection_.choose(frame, active_, detections_, gated_);
   }
 
   TrackerOptions options_;
+  OutputRules rules_{options_.output, options_.motion, options_.decision_lag()};
   Tracklets active_;
   FrameDetections detections_;
   std::vector<mot::Overlap> gated_;
-  EmbeddingSelection selection_;
+  EmbeddingSelection selection_{options_.appearance, options_.assignment, options_.confidence};
 };
 
 TEST_F(Selection, AlwaysMeansEveryStrongDetection) {
-  options_.embed = EmbedPolicy::always;
+  options_.appearance.embed = EmbedPolicy::always;
   add_tracklet();
   add_detection();
   add_detection(false);
@@ -87,7 +88,7 @@ TEST_F(Selection, YoungAndStaleTrackletsAreLookedAt) {
   add_tracklet(6, 94);  // embed_refresh is 6
   EXPECT_THAT(choose(), ElementsAre(0));
   active_.clear();
-  add_tracklet().gallery = AppearanceGallery(20, GallerySelection::spread);
+  add_tracklet().gallery = AppearanceGallery(20);
   EXPECT_THAT(choose(), ElementsAre(0));
 }
 

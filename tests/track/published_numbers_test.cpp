@@ -10,6 +10,7 @@
 #include "sdmt/eval/scores.h"
 #include "sdmt/mot/mot_file.h"
 #include "sdmt/mot/sequence.h"
+#include "sdmt/track/result_rows.h"
 #include "sdmt/track/sort_baseline.h"
 #include "sdmt/track/tracker.h"
 
@@ -72,7 +73,7 @@ TEST(PublishedNumbers, SortOnItsOwnDetections) {
 TEST(PublishedNumbers, ThePaperWithoutAppearanceAndAssociation) {
   SKIP_WITHOUT(kData / "mot15");
   TrackerOptions options = TrackerOptions::paper();
-  options.association = false;
+  options.association.enabled = false;
   const auto run = [&](const char* name) {
     return run_tracker(kData / "mot15" / name, "det-frcnn.txt", options, eval::Benchmark::mot15);
   };
@@ -110,12 +111,12 @@ std::vector<fs::path> sequences(const fs::path& folder) {
 TEST(PublishedNumbers, TunedByMotionAloneBeatsSortAndByteTrack) {
   SKIP_WITHOUT(kData / "mot15");
   TrackerOptions options;
-  options.calibration = parse_calibration("frcnn");
+  options.input.calibration = parse_calibration("frcnn");
   const Summary mot15 =
       summarise(sequences(kData / "mot15"), "det-frcnn.txt", options, eval::Benchmark::mot15);
   EXPECT_GE(mot15.mota, 0.56);
   EXPECT_GE(mot15.idf1, 0.59);
-  options.calibration = parse_calibration("synthetic");
+  options.input.calibration = parse_calibration("synthetic");
   const Summary mot16 =
       summarise(sequences(kData / "mot16"), "det-synthetic.txt", options, eval::Benchmark::mot16);
   EXPECT_GE(mot16.mota, 0.28);
@@ -126,7 +127,7 @@ TEST(PublishedNumbers, TunedByMotionAloneBeatsSortAndByteTrack) {
 TEST(PublishedNumbers, TunedBeatsSortOnEverySequenceWithAcfDetections) {
   SKIP_WITHOUT(kData / "mot15");
   TrackerOptions options;
-  options.calibration = parse_calibration("acf");
+  options.input.calibration = parse_calibration("acf");
   for (const char* name :
        {"ETH-Sunnyday", "KITTI-17", "PETS09-S2L1", "TUD-Campus", "TUD-Stadtmitte"}) {
     const auto folder = kData / "mot15" / name;

@@ -15,7 +15,7 @@ namespace sdmt::track::test {
 
 /// A person that is really there.
 struct Person {
-  Tlwh box;
+  mot::Tlwh box;
   int look = 0;  ///< 0..14: people with the same look cannot be told apart
 };
 
@@ -27,16 +27,18 @@ class FakeAppearance final : public AppearanceModel {
 
   int dimension() const override { return kDimension; }
   double affinity_threshold() const override { return threshold; }
-  void embed(const image::ImageView& frame, std::span<const Tlwh> boxes, Embeddings& out) override {
+  void embed(const image::ImageView& frame, std::span<const mot::Tlwh> boxes,
+             Embeddings& out) override {
     out.dimension = kDimension;
     out.values.assign(boxes.size() * kDimension, 0.0F);
     out.valid.assign(boxes.size(), 1);
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       const Person* best = nullptr;
       for (const Person& person : people) {
-        if (best == nullptr || iou(boxes[i], person.box) > iou(boxes[i], best->box)) best = &person;
+        if (best == nullptr || mot::iou(boxes[i], person.box) > mot::iou(boxes[i], best->box))
+          best = &person;
       }
-      const double fit = best == nullptr ? 0 : iou(boxes[i], best->box);
+      const double fit = best == nullptr ? 0 : mot::iou(boxes[i], best->box);
       // An angle away from the person's own direction towards the background's.
       const double angle = (1 - fit) * 1.5;
       float* row = out.values.data() + i * kDimension;
@@ -49,7 +51,7 @@ class FakeAppearance final : public AppearanceModel {
     ++calls;
   }
 
-  void embed_shifted(const image::ImageView& frame, const Tlwh& box,
+  void embed_shifted(const image::ImageView& frame, const mot::Tlwh& box,
                      std::span<const BoxShift> shifts, Embeddings& out) override {
     AppearanceModel::embed_shifted(frame, box, shifts, out);
     ++passes;
@@ -68,8 +70,8 @@ inline image::ImageView blank(int width = 2000, int height = 1000) {
   return {pixel, width, height, 3 * width, image::ChannelOrder::bgr};
 }
 
-inline std::vector<Detection> detect(const std::vector<Person>& people, double score = 0.9) {
-  std::vector<Detection> detections;
+inline std::vector<mot::Detection> detect(const std::vector<Person>& people, double score = 0.9) {
+  std::vector<mot::Detection> detections;
   for (const Person& person : people) detections.push_back({person.box, score});
   return detections;
 }

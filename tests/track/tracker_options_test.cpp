@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -51,7 +52,7 @@ TEST(TrackerOptions, NamesFieldValueAndBound) {
   EXPECT_EQ(error("min-iou", "1"), "min_iou is 1, expected >= 0 and < 1");
   EXPECT_EQ(error("max-misses", "0"), "max_misses is 0, expected 1..1000000");
   EXPECT_EQ(error("boost-grid", "4"), "boost_grid is 4, expected an odd number in 1..31");
-  EXPECT_EQ(error("tau-a", "1"), "appearance_threshold is 1, expected >= -1 and < 1");
+  EXPECT_EQ(error("tau-a", "1"), "tau_a is 1, expected >= -1 and < 1");
   EXPECT_EQ(error("position-noise", "0"), "position_noise is 0, expected > 0 and <= 100");
   EXPECT_EQ(error("min-confidence", "nan"), "min_confidence is nan, expected a number");
   EXPECT_EQ(error("gallery-size", "1001"), "gallery_size is 1001, expected 1..1000");
@@ -93,15 +94,15 @@ TEST(TrackerOptionTable, ReadsWhatItPrints) {
 }
 
 TEST(TrackerOptionTable, ReadsEveryKindOfValue) {
-  EXPECT_EQ(with("delay", "inf").delay, TrackerOptions::kUnlimitedDelay);
-  EXPECT_EQ(with("delay", "auto").delay, TrackerOptions::kAutoDelay);
-  EXPECT_EQ(with("delay", "12").delay, 12);
-  EXPECT_EQ(with("min-confidence", "-inf").min_confidence,
+  EXPECT_EQ(with("delay", "inf").output.delay, OutputOptions::kUnlimitedDelay);
+  EXPECT_EQ(with("delay", "auto").output.delay, OutputOptions::kAutoDelay);
+  EXPECT_EQ(with("delay", "12").output.delay, 12);
+  EXPECT_EQ(with("min-confidence", "-inf").input.min_confidence,
             -std::numeric_limits<double>::infinity());
-  EXPECT_EQ(with("tau-a", "0.9").appearance_threshold, 0.9);
-  EXPECT_EQ(with("tau-a", "auto").appearance_threshold, std::nullopt);
-  EXPECT_EQ(with("report", "detection").report, ReportBox::detection);
-  EXPECT_EQ(with("calibration", "acf").calibration, (ScoreCalibration{20.5, 22.1}));
+  EXPECT_EQ(with("tau-a", "0.9").appearance.tau_a, 0.9);
+  EXPECT_EQ(with("tau-a", "auto").appearance.tau_a, std::nullopt);
+  EXPECT_EQ(with("report", "detection").output.report, ReportBox::detection);
+  EXPECT_EQ(with("calibration", "acf").input.calibration, (ScoreCalibration{20.5, 22.1}));
   EXPECT_EQ(error("report", "box"),
             "report is 'box', expected one of smoothed, filtered, detection");
   EXPECT_EQ(error("boosting", "yes"), "boosting is 'yes', expected true or false");
@@ -129,6 +130,16 @@ TEST(TrackerOptionTable, ConfigFilesAreThePresets) {
     }
     EXPECT_TRUE(keys.empty()) << name << " holds unknown " << *keys.begin();
   }
+}
+
+// The table of options in the documentation is this one's.
+TEST(TrackerOptionTable, IsTheDocumentation) {
+  const std::string path = std::string(SDMT_TESTS_DIR) + "/../docs/tracking.md";
+  std::ifstream file(path);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_THAT(text, ::testing::HasSubstr(tracker_option_table().markdown(
+                        {{"tuned", TrackerOptions::tuned()}, {"paper", TrackerOptions::paper()}})))
+      << path;
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 
 #include "scene.h"
 #include "sdmt/nn/random.h"
+#include "sdmt/track/result_rows.h"
 
 namespace sdmt::track {
 namespace {
@@ -111,7 +112,7 @@ Frames crowd(int frames, int people, std::uint64_t seed, Frames* truth = nullptr
 
 TrackerOptions paper() {
   TrackerOptions options = TrackerOptions::paper();
-  options.appearance_threshold = 0.6;
+  options.appearance.tau_a = 0.6;
   return options;
 }
 
@@ -153,19 +154,17 @@ TEST(Tracker, MeanScoreMakesATrack) {
   Frames frames;
   for (int frame = 1; frame <= 10; ++frame) frames.push_back({walker(frame)});
   TrackerOptions options = paper();
-  options.min_mean_confidence = 0.9;  // what the detections have
+  options.confidence.min_mean_confidence = 0.9;  // what the detections have
   EXPECT_EQ(ids(track(frames, options, nullptr)).size(), 1u);
-  options.min_mean_confidence = 0.91;
+  options.confidence.min_mean_confidence = 0.91;
   EXPECT_TRUE(ids(track(frames, options, nullptr)).empty());
-  options.use_scores = false;  // every detection counts 1
+  options.input.use_scores = false;  // every detection counts 1
   EXPECT_EQ(ids(track(frames, options, nullptr)).size(), 1u);
-  options.max_mean_cost = 0.0;  // a perfect fit in every frame
-  EXPECT_TRUE(ids(track(frames, options, nullptr)).empty());
 }
 
 TEST(Tracker, TwoMissesEndATracklet) {
   TrackerOptions options = paper();
-  options.association = false;
+  options.association.enabled = false;
   for (const int missed : {1, 2}) {
     Frames frames;
     for (int frame = 1; frame <= 30; ++frame) {
@@ -194,7 +193,7 @@ TEST(Tracker, AssociationBridgesAnOcclusionAndFillsIt) {
       FakeAppearance appearance;
       TrackerStats stats;
       TrackerOptions options = paper();
-      options.motion_association = true;
+      options.association.by_motion = true;
       const auto finished = track(frames, options, by_appearance ? &appearance : nullptr, &stats);
       EXPECT_EQ(stats.merges, gap <= 92 ? 1 : 0) << gap;
       EXPECT_EQ(ids(finished).size(), gap <= 92 ? 1u : 2u) << gap;
@@ -274,7 +273,7 @@ TEST(Tracker, WeakDetectionsContinueButDoNotStartTracks) {
 
 TEST(Tracker, DuplicatesAndLowScoresAreDropped) {
   TrackerOptions options;
-  options.min_confidence = 0.3;
+  options.input.min_confidence = 0.3;
   Tracker tracker(options);
   const mot::Tlwh box{100, 100, 40, 90};
   for (int frame = 0; frame < 10; ++frame) {
@@ -293,9 +292,9 @@ TEST(Tracker, BoostingKeepsAPersonWhomTheDetectorMisses) {
     seen.push_back(frame < 20 || frame % 2 == 0 ? truth.back() : std::vector<Person>{});
   }
   TrackerOptions options = paper();
-  options.boosting = true;
-  options.fill = FillGaps::none;
-  options.appearance_threshold = 0.8;
+  options.boosting.enabled = true;
+  options.output.fill = FillGaps::none;
+  options.appearance.tau_a = 0.8;
   FakeAppearance appearance;
   TrackerStats stats;
   const auto finished = track(seen, options, &appearance, &stats, &truth);
@@ -323,13 +322,13 @@ TEST(Tracker, DelayChangesWhenNotWhat) {
   Frames truth;
   const Frames frames = crowd(700, 12, 21, &truth);
   for (TrackerOptions options : {paper(), TrackerOptions::tuned()}) {
-    options.appearance_threshold = 0.6;
+    options.appearance.tau_a = 0.6;
     FakeAppearance appearance;
     const std::string expected = text(track(frames, options, &appearance, nullptr, &truth));
     EXPECT_GT(expected.size(), 10000u);
     for (const int delay :
-         {options.auto_delay(), options.auto_delay() + 1, 600, TrackerOptions::kUnlimitedDelay}) {
-      options.delay = delay;
+         {options.auto_delay(), options.auto_delay() + 1, 600, OutputOptions::kUnlimitedDelay}) {
+      options.output.delay = delay;
       EXPECT_EQ(text(track(frames, options, &appearance, nullptr, &truth)), expected) << delay;
     }
   }
@@ -339,7 +338,7 @@ TEST(Tracker, FramesComeInOrderAfterTheDelay) {
   const Frames frames = crowd(200, 5, 22);
   for (const int delay : {0, 7, 1000}) {
     TrackerOptions options;
-    options.delay = delay;
+    options.output.delay = delay;
     Tracker tracker(options);
     int last = 0;
     for (int frame = 1; frame <= 200; ++frame) {
@@ -360,7 +359,7 @@ TEST(Tracker, OnlineOutputNeverLooksBack) {
     frames.push_back(seen ? std::vector{walker(frame)} : std::vector<Person>{});
   }
   TrackerOptions options;
-  options.delay = 0;
+  options.output.delay = 0;
   const auto finished = track(frames, options, nullptr);
   for (const auto& frame : finished) {
     const bool known = (frame.frame >= 6 && frame.frame <= 20) || frame.frame >= 56;
@@ -382,10 +381,10 @@ TEST(Tracker, OnlineOutputNeverLooksBack) {
 TEST(Tracker, IdsAreUniqueInAFrameAndSorted) {
   Frames truth;
   const Frames frames = crowd(500, 20, 23, &truth);
-  for (const int delay : {0, 10, TrackerOptions::kAutoDelay}) {
+  for (const int delay : {0, 10, OutputOptions::kAutoDelay}) {
     TrackerOptions options;
-    options.delay = delay;
-    options.appearance_threshold = 0.6;
+    options.output.delay = delay;
+    options.appearance.tau_a = 0.6;
     FakeAppearance appearance;
     for (const auto& frame : track(frames, options, &appearance, nullptr, &truth)) {
       for (std::size_t i = 1; i < frame.boxes.size(); ++i) {
@@ -415,9 +414,9 @@ TEST(Tracker, SurvivesHostileBoxes) {
   const double values[] = {0, 1, -1, 1e-9, 1e9, -1e9, 1e12, 100, 101, 99.5};
   const auto any = [&] { return values[random.below(10)]; };
   for (TrackerOptions options : {paper(), TrackerOptions::tuned()}) {
-    options.boosting = true;
-    options.strong_confidence = -1e300;
-    options.min_mean_confidence = -1e300;
+    options.boosting.enabled = true;
+    options.input.strong_confidence = -1e300;
+    options.confidence.min_mean_confidence = -1e300;
     FakeAppearance appearance;
     Tracker tracker(options, &appearance);
     std::int64_t boxes = 0;
@@ -478,6 +477,115 @@ TEST(Tracker, RefusesImpossibleDetectionsAndGoesOn) {
   const auto& finished = tracker.finish();
   ASSERT_EQ(finished.size(), 10u);
   EXPECT_EQ(finished[0].boxes.size(), 1u);
+}
+
+// Throws in some calls instead of answering.
+class FailingAppearance final : public AppearanceModel {
+ public:
+  explicit FailingAppearance(FakeAppearance& inner) : inner_(inner) {}
+  int dimension() const override { return inner_.dimension(); }
+  double affinity_threshold() const override { return inner_.affinity_threshold(); }
+  void embed(const image::ImageView& frame, std::span<const mot::Tlwh> boxes,
+             Embeddings& out) override {
+    if (calls_left-- == 0) throw std::runtime_error("the appearance model failed");
+    inner_.embed(frame, boxes, out);
+  }
+
+  int calls_left = -1;  // below 0: never fails
+
+ private:
+  FakeAppearance& inner_;
+};
+
+TEST(Tracker, IsAsBeforeWhenTheAppearanceModelThrows) {
+  Frames truth;
+  const Frames frames = crowd(400, 10, 26, &truth);
+  for (TrackerOptions options : {paper(), TrackerOptions::tuned()}) {
+    options.appearance.tau_a = 0.6;
+    options.boosting.enabled = true;
+    TrackerStats expected_stats;
+    FakeAppearance fake;
+    const auto expected = track(frames, options, &fake, &expected_stats, &truth);
+
+    FailingAppearance failing(fake);
+    Tracker tracker(options, &failing);
+    const image::ImageView image = blank();
+    std::vector<FinishedFrame> all;
+    nn::Random random(27);
+    int failures = 0;
+    // The frame with a failure in the given call of the model: the first embeds detections, the
+    // next ones the samples of boosting. False when there was one.
+    const auto attempt = [&](std::size_t i, int failing_call) {
+      failing.calls_left = failing_call;
+      const TrackerStats before = tracker.stats();
+      try {
+        for (const auto& done : tracker.update(detect(frames[i]), &image)) all.push_back(done);
+        return true;
+      } catch (const std::runtime_error&) {
+        ++failures;
+        EXPECT_EQ(tracker.stats().frames, before.frames);
+        EXPECT_EQ(tracker.stats().detections, before.detections);
+        EXPECT_EQ(tracker.stats().embedded, before.embedded);
+        return false;
+      }
+    };
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      fake.people = truth[i];
+      bool done = false;
+      for (const int call : {0, 1}) {
+        if (!done && random.below(2) == 0) done = attempt(i, call);
+      }
+      if (!done) attempt(i, -1);
+    }
+    for (const auto& done : tracker.finish()) all.push_back(done);
+    EXPECT_GT(failures, 150);
+    EXPECT_EQ(text(all), text(expected));
+    EXPECT_EQ(tracker.stats().boosted, expected_stats.boosted);
+    EXPECT_EQ(tracker.stats().embedded, expected_stats.embedded);
+    EXPECT_EQ(tracker.stats().tracks, expected_stats.tracks);
+  }
+}
+
+TEST(Tracker, EveryReportedTrackEndsOnceWithItsAppearance) {
+  Frames truth;
+  const Frames frames = crowd(700, 8, 28, &truth);
+  TrackerOptions options;
+  options.appearance.tau_a = 0.6;
+  options.output.delay = 0;  // so that ids that are merged later are reported
+  FakeAppearance appearance;
+  Tracker tracker(options, &appearance);
+  std::set<int> reported, ended, merged;
+  std::map<int, int> last_seen;
+  std::size_t with_appearance = 0;
+  tracker.on_track_ended([&](const EndedTrack& track) {
+    EXPECT_TRUE(ended.insert(track.id).second) << track.id;
+    if (!track.gallery.empty()) ++with_appearance;  // others never came into the picture
+    EXPECT_LT(track.first_frame, track.last_frame);
+    EXPECT_GE(track.last_frame, last_seen[track.id]);
+  });
+  const auto take = [&](const std::vector<FinishedFrame>& finished) {
+    for (const auto& frame : finished) {
+      for (const auto& merge : frame.merges) merged.insert(merge.from);
+      for (const auto& box : frame.boxes) {
+        reported.insert(box.id);
+        EXPECT_FALSE(ended.contains(box.id)) << box.id << " comes again";
+        ASSERT_NE(tracker.gallery(box.id), nullptr);
+        if (box.source == BoxSource::detected) last_seen[box.id] = frame.frame;
+      }
+    }
+  };
+  const image::ImageView image = blank();
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    appearance.people = truth[i];
+    take(tracker.update(detect(frames[i]), &image));
+  }
+  EXPECT_FALSE(ended.empty());
+  EXPECT_EQ(tracker.gallery(*ended.begin()), nullptr);
+  tracker.finish();
+  EXPECT_FALSE(merged.empty());
+  for (const int id : reported) EXPECT_NE(ended.contains(id), merged.contains(id)) << id;
+  EXPECT_EQ(ended.size() + merged.size(), reported.size());
+  EXPECT_GT(with_appearance, ended.size() / 2);
 }
 
 TEST(Tracker, NothingFollowsTheEnd) {

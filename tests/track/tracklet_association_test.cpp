@@ -20,7 +20,8 @@ class Association : public ::testing::Test {
  protected:
   // A tracklet that walks right by 2 pixels a frame and looks like a direction.
   Tracklet& add(int id, int first_frame, int last_frame, double first_left, double degrees = 0) {
-    auto tracklet = std::make_unique<Tracklet>(id, first_frame, options_);
+    auto tracklet =
+        std::make_unique<Tracklet>(id, first_frame, options_.appearance.gallery_size, rules_);
     tracklet->first_box = {first_left + 20, 100, 40, 90};
     tracklet->last_frame = tracklet->state_frame = last_frame;
     tracklet->state.mean = {first_left + 20 + 2.0 * (last_frame - first_frame), 100, 40, 90};
@@ -35,7 +36,8 @@ class Association : public ::testing::Test {
 
   // The merges (older, newer), by the ids before the run.
   std::vector<std::pair<int, int>> run(bool by_appearance = true, double threshold = 0.8) {
-    TrackletAssociation association(options_, by_appearance, threshold);
+    TrackletAssociation association(options_.association, options_.motion, options_.appearance,
+                                    by_appearance, threshold);
     decisions_.clear();
     association.observer = [this](const AssociationDecision& decision) {
       decisions_.push_back(decision);
@@ -62,6 +64,7 @@ class Association : public ::testing::Test {
   }
 
   TrackerOptions options_;
+  OutputRules rules_{options_.output, options_.motion, options_.decision_lag()};
   std::vector<std::unique_ptr<Tracklet>> tracklets_;
   std::vector<AssociationDecision> decisions_;
 };
@@ -82,7 +85,7 @@ TEST_F(Association, SaysWhyNot) {
   EXPECT_THAT(run(), IsEmpty());
   EXPECT_EQ(verdict(1, 2), AssociationVerdict::appearance);
   EXPECT_NEAR(decisions_[0].affinity, 1 - 2 * std::sin(22.5 * 3.14159265358979 / 180), 1e-5);
-  options_.association_reach = 0;
+  options_.association.reach = 0;
   tracklets_.clear();
   add(1, 1, 20, 0);
   add(2, 40, 60, 78 + 40.001);  // boxes are 40 wide: they just miss each other
@@ -92,13 +95,13 @@ TEST_F(Association, SaysWhyNot) {
   EXPECT_THAT(run(), ElementsAre(Pair(1, 2)));
   tracklets_.clear();
   add(1, 1, 20, 0);
-  add(2, 40, 60, 80).gallery = AppearanceGallery(20, GallerySelection::spread);
+  add(2, 40, 60, 80).gallery = AppearanceGallery(20);
   EXPECT_THAT(run(), IsEmpty());
   EXPECT_EQ(verdict(1, 2), AssociationVerdict::no_feature);
 }
 
 TEST_F(Association, ByAppearanceReachesBeyondTheBox) {
-  options_.association_reach = 1.5;
+  options_.association.reach = 1.5;
   const double reach = 1.5 * 90;  // pixels sideways
   for (const auto& [shift, joined] : std::vector<std::pair<double, bool>>{
            {reach - 0.01, true}, {reach + 0.01, false}, {-reach + 0.01, true}}) {
@@ -114,8 +117,8 @@ TEST_F(Association, ByAppearanceReachesBeyondTheBox) {
 }
 
 TEST_F(Association, NeedsAGapWithinTheHorizon) {
-  options_.max_misses = 2;
-  options_.association_horizon = 90;
+  options_.motion.max_misses = 2;
+  options_.association.horizon = 90;
   for (const auto& [first, joined] : std::vector<std::pair<int, bool>>{
            {19, false}, {20, false}, {21, true}, {112, true}, {113, false}}) {
     tracklets_.clear();
@@ -141,7 +144,7 @@ TEST_F(Association, TakesTheBestPairFirstAndJudgesAnew) {
   add(1, 1, 20, 0, 8);
   add(2, 1, 20, 4, 4);
   add(3, 40, 60, 80, 0);
-  options_.literal_association = true;
+  options_.association.literal = true;
   EXPECT_THAT(run(), ElementsAre(Pair(1, 3)));
 }
 

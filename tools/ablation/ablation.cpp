@@ -10,6 +10,7 @@
 #include "sdmt/pipeline/file_detections.h"
 #include "sdmt/pipeline/sequence_runner.h"
 #include "sdmt/track/histogram_appearance.h"
+#include "sdmt/track/result_rows.h"
 #include "sdmt/track/tracker.h"
 
 namespace sdmt::tools {

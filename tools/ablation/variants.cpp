@@ -12,7 +12,7 @@ std::vector<AblationVariant> ablation_variants(
     return options;
   };
   TrackerOptions tuned = TrackerOptions::tuned();
-  tuned.calibration = calibration;
+  tuned.input.calibration = calibration;
   constexpr auto kNetwork = VariantAppearance::network;
   constexpr auto kHistogram = VariantAppearance::histogram;
   constexpr auto kNone = VariantAppearance::none;
@@ -21,31 +21,31 @@ std::vector<AblationVariant> ablation_variants(
       {"lambda=0.5",
        "λ = 0.5",
        kNetwork,
-       paper([](auto& o) { o.lambda = 0.5; }),
+       paper([](auto& o) { o.assignment.lambda = 0.5; }),
        {},
        PaperRow{0.346, 6014, 65863, 317, 29.8}},
       {"lambda=0",
        "λ = 0",
        kNetwork,
-       paper([](auto& o) { o.lambda = 0; }),
+       paper([](auto& o) { o.assignment.lambda = 0; }),
        {},
        PaperRow{0.343, 6541, 65651, 295, 29.6}},
       {"lambda=1",
        "λ = 1",
        kNetwork,
-       paper([](auto& o) { o.lambda = 1; }),
+       paper([](auto& o) { o.assignment.lambda = 1; }),
        {},
        PaperRow{0.339, 6512, 66040, 373, 28.7}},
       {"with boosting",
        "boosting",
        kNetwork,
-       paper([](auto& o) { o.boosting = true; }),
+       paper([](auto& o) { o.boosting.enabled = true; }),
        {},
        PaperRow{0.342, 6743, 65533, 334, 25.9}},
       {"without association",
        "no assoc.",
        kNetwork,
-       paper([](auto& o) { o.association = false; }),
+       paper([](auto& o) { o.association.enabled = false; }),
        {},
        PaperRow{0.324, 3968, 69965, 686, 31.6}},
       {"without appearance",

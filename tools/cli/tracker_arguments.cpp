@@ -24,8 +24,8 @@ const std::set<std::string_view> kFrequent{"lambda", "boosting", "association", 
                                            "embed",  "tau-a",    "calibration", "min-confidence"};
 
 void add_table_option(CLI::App& command, track::TrackerOptions& options,
-                      const track::TrackerOption& entry) {
-  const std::string flag = std::string("--") + entry.name;
+                      const io::Option<track::TrackerOptions>& entry) {
+  const std::string flag = "--" + entry.name;
   const auto set = [&options, &entry, flag](const std::string& text) {
     try {
       entry.set(options, text);
@@ -39,12 +39,13 @@ void add_table_option(CLI::App& command, track::TrackerOptions& options,
     option = command.add_flag_function(
         flag + ",!--no-" + entry.name,
         [set](std::int64_t count) { set(count > 0 ? "true" : "false"); },
-        std::string(entry.help) + (entry.get(options) == "true" ? " [on]" : " [off]"));
+        entry.help + " [" + entry.shown(options) + "]");
   } else {
-    option = command.add_option_function<std::string>(flag, set, entry.help);
+    option =
+        command.add_option_function<std::string>(flag, set, entry.help + " (" + entry.values + ")");
     option->type_name("")->default_str(entry.get(options));
   }
-  option->group(kFrequent.contains(entry.name) ? "Tracker" : "Tracker in detail");
+  option->group(kFrequent.contains(entry.name) ? "Tracker" : "Tracker in detail: " + entry.group);
 }
 
 }  // namespace
@@ -60,7 +61,7 @@ void add_tracker_arguments(CLI::App& command, TrackerArguments& arguments) {
       ->capture_default_str();
   command.add_flag("--no-appearance", arguments.no_appearance,
                    "Motion alone, as --appearance none; frames are then not needed");
-  for (const track::TrackerOption& entry : track::tracker_option_table()) {
+  for (const auto& entry : track::tracker_option_table()) {
     add_table_option(command, arguments.options, entry);
   }
 }
@@ -69,7 +70,7 @@ std::unique_ptr<track::AppearanceModel> TrackerArguments::load_appearance(
     const Warning& warning) const {
   if (!uses_appearance()) return nullptr;
   if (appearance == "histogram") return std::make_unique<track::HistogramAppearance>();
-  const bool needs_threshold = !options.appearance_threshold;
+  const bool needs_threshold = !options.appearance.tau_a;
   return load_network_appearance(
       model, needs_threshold ? warning : [](const std::string&) {});
 }

@@ -105,9 +105,9 @@ void warn(const std::string& text) { say(stderr, "sdmt track: warning: {}\n", te
 // The detections of a file; says what may be wrong with their scores.
 mot::DetectionFile read_detections(const std::string& path, track::TrackerOptions& options) {
   auto file = mot::DetectionFile::read(path);
-  if (!options.use_scores || file.size() == 0) return file;
+  if (!options.input.use_scores || file.size() == 0) return file;
   if (!file.has_scores()) {
-    options.use_scores = false;
+    options.input.use_scores = false;
     warn(path + ": all scores are equal, every detection is taken as certain");
     return file;
   }
@@ -117,7 +117,7 @@ mot::DetectionFile read_detections(const std::string& path, track::TrackerOption
     low = std::min(low, detection.score);
     high = std::max(high, detection.score);
   }
-  if (!options.calibration && (low < 0 || high > 1)) {
+  if (!options.input.calibration && (low < 0 || high > 1)) {
     warn(
         fmt::format("{}: scores from {:.4g} to {:.4g} are no probabilities; thresholds may not "
                     "fit them, see --calibration",
@@ -159,8 +159,8 @@ void TrackCommand::run() const {
   std::unique_ptr<pipeline::DetectionSource> boxes;
   if (hog_wanted) {
     boxes = std::make_unique<pipeline::HogDetector>(hog);
-    if (options.calibration) warn("--calibration is not used: hog gives probabilities");
-    options.calibration.reset();
+    if (options.input.calibration) warn("--calibration is not used: hog gives probabilities");
+    options.input.calibration.reset();
   } else {
     boxes = std::make_unique<pipeline::FileDetections>(read_detections(wanted, options));
   }

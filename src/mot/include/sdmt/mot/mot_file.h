@@ -58,7 +58,7 @@ class DetectionFile {
   int last_frame() const { return frames_.empty() ? 0 : frames_.back(); }
   std::size_t size() const { return detections_.size(); }
   /// False when all boxes have the same score, as in files written with -1 or 1 throughout: then
-  /// the score says nothing and TrackerOptions::use_scores should be off.
+  /// the score says nothing and track::InputOptions::use_scores should be off.
   bool has_scores() const;
 
   /// MOTChallenge's format ends with three world coordinates.

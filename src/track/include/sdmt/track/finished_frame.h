@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "sdmt/mot/box.h"
-#include "sdmt/mot/mot_file.h"
 
 namespace sdmt::track {
 
@@ -39,9 +38,5 @@ struct FinishedFrame {
   /// track usually gets its final id before its first box is reported.
   std::vector<IdMerge> merges;
 };
-
-/// The frame as MOTChallenge result rows (confidence: the score of detections, 0 for other
-/// sources).
-void append_results(const FinishedFrame& frame, std::vector<mot::ResultRow>& rows);
 
 }  // namespace sdmt::track

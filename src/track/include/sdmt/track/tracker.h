@@ -9,7 +9,9 @@
 
 #include "sdmt/image/image_view.h"
 #include "sdmt/mot/detection.h"
+#include "sdmt/track/appearance_gallery.h"
 #include "sdmt/track/appearance_model.h"
+#include "sdmt/track/association_decision.h"
 #include "sdmt/track/finished_frame.h"
 #include "sdmt/track/tracker_options.h"
 
@@ -31,22 +33,12 @@ struct TrackerStats {
          associate_seconds = 0, emit_seconds = 0;
 };
 
-/// Why two tracklets were or were not made one track.
-enum class AssociationVerdict {
-  merged,
-  too_far,      ///< the newer tracklet's first box lies too far from the older one's prediction
-  appearance,   ///< affinity not above the threshold
-  no_feature,   ///< one of them has no stored appearance
-  better_pair,  ///< one of them was merged with another tracklet
-};
-const char* to_string(AssociationVerdict verdict);
-
-struct AssociationDecision {
-  int frame = 0;             ///< in which it was made
-  int older = 0, newer = 0;  ///< ids
-  int gap = 0;               ///< frames between the older one's last and the newer one's first box
-  double affinity = 0;       ///< of appearance (NaN where unknown)
-  AssociationVerdict verdict = AssociationVerdict::merged;
+/// A reported person who is gone for so long that the id will not come again, or whom the end of
+/// the input found.
+struct EndedTrack {
+  int id = 0;
+  int first_frame = 0, last_frame = 0;  ///< of the boxes; gaps between may not be in the output
+  const AppearanceGallery& gallery;     ///< empty without an appearance model; for the call only
 };
 
 /// The Siamese Deep Metric Tracker (section III of the paper), online with a fixed delay.
@@ -72,8 +64,8 @@ class Tracker {
   /// in order; the reference holds until the next call. Call it for every frame, also for frames
   /// without detections. `frame`: its image; nullptr where there is none (unreadable): assigned by
   /// motion. Throws std::invalid_argument for a box that is not finite, has no extent or lies
-  /// beyond 1e12 pixels, or a score that is not finite; the tracker is then as if the call had not
-  /// been made.
+  /// beyond 1e12 pixels, or a score that is not finite, and whatever the appearance model throws;
+  /// the tracker is then as if the call had not been made.
   const std::vector<FinishedFrame>& update(std::span<const mot::Detection> detections,
                                            const image::ImageView* frame = nullptr);
 
@@ -86,6 +78,14 @@ class Tracker {
   /// Called with every decision about a pair of positive tracklets whose times fit, each time it is
   /// made. For explaining; costs time.
   void on_association(std::function<void(const AssociationDecision&)> observer);
+
+  /// Called by update() and finish() for every reported track that ends, by id among those of one
+  /// call. Ids merged into older ones do not end. With gallery(), what it takes to recognise people
+  /// from one camera in another.
+  void on_track_ended(std::function<void(const EndedTrack&)> observer);
+  /// The appearance stored under an id; nullptr for one that is not known or has ended. Holds until
+  /// the next call of update() or finish(). After finish(): of all that were left.
+  const AppearanceGallery* gallery(int id) const;
 
  private:
   struct State;

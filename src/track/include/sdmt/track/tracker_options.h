@@ -3,7 +3,6 @@
 
 #include <limits>
 #include <optional>
-#include <string_view>
 
 #include "sdmt/track/score_calibration.h"
 
@@ -13,12 +12,6 @@ namespace sdmt::track {
 enum class GalleryDistance {
   mean,     ///< equation 2 of the paper
   nearest,  ///< the closest stored state decides: one view of a person is enough
-};
-/// Which states a tracklet keeps when it has more than gallery_size.
-enum class GallerySelection {
-  spread,  ///< evenly spaced over its life, the first and the latest included
-  first,
-  last,
 };
 /// Which boxes are embedded.
 enum class EmbedPolicy {
@@ -34,11 +27,8 @@ enum class ReportBox {
   detection,  ///< the detection as it came
 };
 
-/// Every number of the tracker. The defaults are the `tuned` preset: the paper's tracker with a
-/// stricter input (calibrated scores, suppression of duplicates, births from strong detections
-/// only) and smoothed output. paper() is the paper to the letter.
-struct TrackerOptions {
-  // Input. Scores are those of the detector, or probabilities where a calibration is set.
+/// What comes in. Scores are those of the detector, or probabilities where a calibration is set.
+struct InputOptions {
   std::optional<ScoreCalibration> calibration;
   /// Off: every detection counts as certain (score 1). For detectors that give no score.
   bool use_scores = true;
@@ -52,93 +42,121 @@ struct TrackerOptions {
   /// start tracklets. Weaker ones only continue tracklets that are left over, by motion. -inf: all
   /// strong.
   double strong_confidence = 0.6;
-  /// Motion gate of the weak detections: IoU strictly above, 0..1.
-  double weak_iou = 0.3;
+};
 
-  // Motion (section III-D). Noise is in units of the box height, as in DeepSORT.
+/// How people move (section III-D). Noise is in units of the box height, as in DeepSORT.
+struct MotionOptions {
   double position_noise = 1.0 / 20;  ///< of measurements and, a frame, of the prediction; > 0
   double velocity_noise = 1.0 / 80;  ///< a frame; > 0
-  double min_iou = 0.3;              ///< tau_m, strictly above; 0..1
   /// Predictions in a row without a detection after which a tracklet is inactive; >= 1.
   int max_misses = 6;
-  /// Further predictions, in frames, for which an inactive tracklet can be associated; >= 0.
-  int association_horizon = 90;
+};
 
-  // Appearance (sections III-B and III-D).
-  /// tau_a, strictly above; default: the appearance model's threshold less threshold_margin.
-  std::optional<double> appearance_threshold;
-  /// Taken off the model's threshold; negative: added. -1..1. Validation chooses the threshold for
-  /// one pair of crops. The nearest of twenty states is closer than that, also to another person,
-  /// so GalleryDistance::nearest wants a stricter one.
-  double threshold_margin = -0.02;
+/// Which detection continues which tracklet (section III-D).
+struct AssignmentOptions {
+  double min_iou = 0.3;         ///< tau_m, strictly above; 0..1
+  double weak_iou = 0.3;        ///< the same for weak detections
   double lambda = 0.5;          ///< weight of appearance in the affinity (equation 4), 0..1
   bool appearance_gate = true;  ///< off: tau_a does not restrict assignment
-  GalleryDistance gallery_distance = GalleryDistance::nearest;
-  GallerySelection gallery_selection = GallerySelection::spread;
-  int gallery_size = 20;  ///< N, stored states a tracklet; 1..1000
-  /// Maps threshold..1 to 0..1 before the two affinities are mixed. The gates leave appearance a
-  /// range of 0.1 and motion one of 0.7: without it motion decides nearly alone.
+  /// Maps min_iou..1 and tau_a..1 to 0..1 before the two affinities are mixed. The gates leave
+  /// appearance a range of 0.1 and motion one of 0.7: without it motion decides nearly alone.
   bool rescale_affinity = true;
-  /// Only detections with this score or more are stored as states. Default: all that are embedded.
-  double feature_min_confidence = -std::numeric_limits<double>::infinity();
+};
+
+/// How people look (sections III-B and III-D).
+struct AppearanceOptions {
+  /// tau_a, strictly above; default: the appearance model's less tau_a_margin.
+  std::optional<double> tau_a;
+  /// Taken off the model's tau_a; negative: added. -1..1. Validation chooses tau_a for one pair of
+  /// crops. The nearest of twenty states is closer than that, also to another person, so
+  /// GalleryDistance::nearest wants a stricter one.
+  double tau_a_margin = -0.02;
+  GalleryDistance gallery_distance = GalleryDistance::nearest;
+  int gallery_size = 20;  ///< N, stored states a tracklet; 1..1000
   EmbedPolicy embed = EmbedPolicy::always;
   /// With EmbedPolicy::needed: everybody is embedded in every so many frames; >= 1.
   int embed_refresh = 6;
+};
 
-  // Tracklet confidence (section III-E): a tracklet that misses one of these is negative and not
-  // reported.
+/// Tracklet confidence (section III-E): a tracklet that misses one of these is negative and not
+/// reported.
+struct ConfidenceOptions {
   int min_length = 6;                ///< tau_l, assigned detections; >= 1
   double min_mean_confidence = 0.5;  ///< tau_c, mean score of the assigned detections
-  double max_mean_cost = std::numeric_limits<double>::infinity();  ///< mean of 1 - affinity
+};
 
-  // Detection boosting (section III-F).
-  bool boosting = false;
-  int boost_grid = 7;        ///< positions along x and along y; odd, 1..31
-  double boost_reach = 0.3;  ///< largest shift in box widths and heights; 0..2
+/// Detection boosting (section III-F).
+struct BoostingOptions {
+  bool enabled = false;
+  int grid = 7;        ///< positions along x and along y; odd, 1..31
+  double reach = 0.3;  ///< largest shift in box widths and heights; 0..2
   /// Affinity above tau_a that a sample must have; 0..1. The best of many samples passes a
   /// threshold for pairs too easily.
-  double boost_margin = 0.04;
-  double boost_scale_step = 0;  ///< sizes 1 - step, 1, 1 + step; 0..0.9, 0: the predicted one
-  int boost_interval = 2;       ///< a tracklet is boosted at most once in this many frames; >= 1
-  double boost_nms = 0.5;       ///< boosted boxes that overlap others by more (IoU) are dropped
+  double margin = 0.04;
+  double scale_step = 0;  ///< sizes 1 - step, 1, 1 + step; 0..0.9, 0: the predicted one
+  int interval = 2;       ///< a tracklet is boosted at most once in this many frames; >= 1
+  /// Where a boosted box was found, boxes that overlap a better one by more (IoU, 0..1) are
+  /// dropped: of the detector's the one with the lower score, and the boosted before any of them.
+  double nms = 0.5;
   /// The network looks once at the surroundings of a prediction, and the samples, moved to its grid
   /// (see BoxShift), are read out of what it saw; those that leave the image are left out, and
-  /// boost_interval counts searches, found or not. Off, as in the paper: every sample is a crop of
-  /// its own, clipped to the image, and boost_interval counts boosted boxes.
-  bool boost_one_pass = true;
+  /// `interval` counts searches, found or not. Off, as in the paper: every sample is a crop of its
+  /// own, clipped to the image, and `interval` counts boosted boxes.
+  bool one_pass = true;
+};
 
-  // Tracklet association (section III-G).
-  bool association = true;
+/// Tracklet association (section III-G).
+struct AssociationOptions {
+  bool enabled = true;
   /// Without an appearance model: associate by motion alone (nearest prediction first) or not at
   /// all, as the paper's row "without appearance modelling".
-  bool motion_association = true;
-  int association_interval = 20;  ///< frames; >= 1
+  bool by_motion = true;
+  int interval = 20;  ///< frames; >= 1
+  /// Predictions after MotionOptions::max_misses for which a tracklet can be associated; >= 0.
+  int horizon = 90;
   /// Affinity of two tracklets must be strictly above. Default: tau_a.
-  std::optional<double> association_threshold;
+  std::optional<double> threshold;
   /// Judged by appearance, a newer tracklet may begin this far from the older one's prediction:
   /// distance of the centres in mean heights, strictly below; 0..100. 0, and always by motion
   /// alone: the boxes must overlap (IoU > 0), as in the paper. A standing person's box is narrow,
   /// so that overlap forgives a whole height up and down but a third of one sideways, where people
   /// go.
-  double association_reach = 1;
-  /// Best candidate of the oldest tracklet first, as the paper's listing; off: best pair first.
-  bool literal_association = false;
+  double reach = 1;
+  /// The best candidate of the oldest tracklet first, as the paper's listing; off: the best pair
+  /// first.
+  bool literal = false;
+};
 
-  // Output.
+/// What comes out.
+struct OutputOptions {
   FillGaps fill = FillGaps::all;
   int max_fill = 25;  ///< longest gap to fill, in missing frames; >= 1
   ReportBox report = ReportBox::smoothed;
-  double smoothing_position_noise =
-      1.0 / 100;  ///< as position_noise, of the smoother's motion; > 0
-  double smoothing_velocity_noise = 1.0 / 320;  ///< as velocity_noise; > 0
+  double smoothing_position_noise = 1.0 / 100;  ///< as position_noise, of the smoother's motion
+  double smoothing_velocity_noise = 1.0 / 320;  ///< as velocity_noise
   /// Frames between a frame and its output. kAutoDelay: as many as decisions can need, see
-  /// auto_delay(). 0: strictly online. kUnlimitedDelay: all output at finish().
+  /// TrackerOptions::auto_delay(). 0: strictly online. kUnlimitedDelay: all output at finish().
   int delay = kAutoDelay;
 
   static constexpr int kAutoDelay = -1;
   static constexpr int kUnlimitedDelay = std::numeric_limits<int>::max();
+};
 
-  /// The paper to the letter.
+/// Every number of the tracker, in the groups that its steps see. The defaults are the `tuned`
+/// preset: the paper's tracker with a stricter input (calibrated scores, suppression of duplicates,
+/// births from strong detections only) and smoothed output. Names on the command line, ranges and
+/// help are in tracker_option_table().
+struct TrackerOptions {
+  InputOptions input;
+  MotionOptions motion;
+  AssignmentOptions assignment;
+  AppearanceOptions appearance;
+  ConfidenceOptions confidence;
+  BoostingOptions boosting;
+  AssociationOptions association;
+  OutputOptions output;
+
+  /// The paper to the letter; where it is silent, as docs/tracking.md says.
   static TrackerOptions paper();
   static TrackerOptions tuned() { return {}; }
 
@@ -146,14 +164,11 @@ struct TrackerOptions {
   /// a gap, the frames until the tracklet behind it is long enough, and the wait for the next
   /// association. A longer delay changes no output, only when it comes.
   int auto_delay() const;
-  /// The lag at which it does: `delay` or auto_delay(), whichever is less.
+  /// The lag at which it does: the delay or auto_delay(), whichever is less.
   int decision_lag() const;
 
-  /// Throws std::invalid_argument naming field, value and bound.
+  /// Throws std::invalid_argument naming field, value and range.
   void validate() const;
 };
-
-/// "auto", "inf" or a number of frames. Throws std::invalid_argument for anything else.
-int parse_delay(std::string_view text);
 
 }  // namespace sdmt::track

@@ -12,14 +12,13 @@ namespace sdmt::track {
 /// The appearance of a tracklet: feature vectors of past states, at most `capacity` of them used
 /// (N of equation 2), however long it lives.
 ///
-/// GallerySelection::spread keeps up to 2 N states on a grid of its life with steps of 1, 2, 4, ...
-/// states, the step doubling when they become too many, and the latest state; N of them, evenly
-/// spaced from the first to the latest, are used. As long as no more than 2 N states were added,
+/// It keeps up to 2 N states on a grid of its life with steps of 1, 2, 4, ... states, the step
+/// doubling when they become too many, and the latest state; N of them, evenly spaced from the
+/// first to the latest, are used. As long as no more than 2 N states were added,
 /// that is exactly an even choice among all of them.
 class AppearanceGallery {
  public:
-  AppearanceGallery(int capacity, GallerySelection selection)
-      : capacity_(static_cast<std::size_t>(capacity)), selection_(selection) {}
+  explicit AppearanceGallery(int capacity) : capacity_(static_cast<std::size_t>(capacity)) {}
 
   void add(std::span<const float> feature);
   /// Puts the states of an older part of the same track before these.
@@ -39,11 +38,9 @@ class AppearanceGallery {
 
  private:
   void thin();
-  void erase_oldest(std::size_t count);
   std::int64_t cell(std::int64_t ordinal) const { return ordinal / stride_; }
 
   std::size_t capacity_;
-  GallerySelection selection_;
   std::size_t dimension_ = 0;
   std::vector<float> features_;         // [states, dimension]
   std::vector<std::int64_t> ordinals_;  // [states] how many states were added before each
