@@ -52,6 +52,20 @@ TEST_F(TrackInput, WhatIsNotThere) {
   expect_refused(track(folder_ / "text.mp4", kMotion), {"text.mp4", "not a video"});
 }
 
+TEST_F(TrackInput, DetectionsWithoutTracksAreExplained) {
+  const auto rows = [](const char* score, int frames) {
+    std::string text;
+    for (int frame = 1; frame <= frames; ++frame) {
+      text += std::to_string(frame) + ",-1,20,20,30,60," + score + "\n";
+      text += std::to_string(frame) + ",-1,200,20,30,60,0.1\n";
+    }
+    return text;
+  };
+  EXPECT_THAT(track_rows(rows("0.9", 3)).out, HasSubstr("no tracks: none of 1 candidates"));
+  EXPECT_THAT(track_rows(rows("0.3", 10)).out, HasSubstr("see --strong-confidence"));
+  EXPECT_THAT(track_rows(rows("0.9", 10)).out, Not(HasSubstr("no tracks")));
+}
+
 TEST_F(TrackInput, BrokenModels) {
   const auto scene = picture_sequence("s", 3);
   expect_refused(track(scene, {"--model", folder_ / "no.safetensors"}), {"no.safetensors"});

@@ -37,6 +37,26 @@ std::string run_report_json(const pipeline::RunReport& report) {
   return json.dump(2) + "\n";
 }
 
+namespace {
+
+// Why people were detected and nobody was reported; empty when that is not so.
+std::string why_no_tracks(const track::TrackerStats& stats) {
+  if (stats.detections == 0 || stats.tracks > 0) return {};
+  if (stats.suppressed == stats.detections) {
+    return "no tracks: every detection was dropped, see --min-confidence\n";
+  }
+  if (stats.tracklets == 0) {
+    return "no tracks: no score is high enough to start one, see --strong-confidence and "
+           "--calibration\n";
+  }
+  return fmt::format(
+      "no tracks: none of {} candidates has enough detections or score, see --min-length and "
+      "--min-mean-confidence\n",
+      stats.tracklets);
+}
+
+}  // namespace
+
 std::string run_summary(const pipeline::RunReport& report) {
   const track::TrackerStats& stats = report.stats;
   std::string text = fmt::format("{} frames, {} detections, {} tracks; tracker {:.1f} Hz",
@@ -46,7 +66,7 @@ std::string run_summary(const pipeline::RunReport& report) {
   }
   text += fmt::format(", {:.1f} s in all\n", report.total_seconds);
   if (report.unreadable > 0) text += fmt::format("{} frames were unreadable\n", report.unreadable);
-  return text;
+  return text + why_no_tracks(stats);
 }
 
 std::string stage_table(const pipeline::RunReport& report) {
