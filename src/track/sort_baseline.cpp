@@ -6,41 +6,16 @@
 #include <stdexcept>
 #include <string>
 
+#include "coordinate_filter.h"
 #include "sdmt/mot/assignment.h"
 
 namespace sdmt::track {
 
 namespace {
 
-// One coordinate of the state. SORT's filter of seven states falls apart into these: its
-// transition, its noise and its measurements never mix centre x, centre y, area and aspect ratio.
-struct Coordinate {
-  double value;
-  double variance = 10;
-  double velocity = 0;
-  double velocity_variance = 1e4;
-  double covariance = 0;  // of value and velocity
-
-  void predict(double process_variance, double velocity_process_variance) {
-    value += velocity;
-    variance += 2 * covariance + velocity_variance + process_variance;
-    covariance += velocity_variance;
-    velocity_variance += velocity_process_variance;
-  }
-
-  void update(double measured, double measurement_variance) {
-    const double innovation_variance = variance + measurement_variance;
-    const double gain = variance / innovation_variance;
-    const double velocity_gain = covariance / innovation_variance;
-    const double innovation = measured - value;
-    value += gain * innovation;
-    velocity += velocity_gain * innovation;
-    // As P - K S K', which is exact for the optimal gain.
-    velocity_variance -= velocity_gain * covariance;
-    covariance *= 1 - gain;
-    variance *= 1 - gain;
-  }
-};
+// SORT's filter of seven states falls apart into these: its transition, its noise and its
+// measurements never mix centre x, centre y, area and aspect ratio.
+using Coordinate = CoordinateFilter;
 
 // The published implementation's noise.
 constexpr double kProcessVariance = 1;
