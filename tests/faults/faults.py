@@ -151,7 +151,8 @@ def main():
                 continue
             code, error, good, calls = bench.run(words)
             if code != 0:
-                sys.exit(f"{name}: the undisturbed run ends with {code}: {error}")
+                faults.append(f"{name}: the undisturbed run ends with {code}: {error}")
+                continue
             jobs = []
             for kind in KINDS:
                 of_kind = [call for call in calls if call.split()[1] in APPLIES[kind]]
@@ -169,6 +170,7 @@ def main():
                     last = re.sub(r"\s+", " ", error.strip())[-200:]
                     faults.append(f"{outcome} {name} {kind} {hit[:1]}: exit {code}, {sorted(files)}, "
                                   f"{last!r}")
+                    print(faults[-1], file=sys.stderr)
             print(f"{name}: {len(jobs)} faults", file=sys.stderr)
     finally:
         shutil.rmtree(bench.root, ignore_errors=True)
