@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tracking with one's own camera and detector: needs the components nn and track, no OpenCV.
+// Tracking with one's own camera and detector: needs the components track and, for the network,
+// reid; no OpenCV.
 //
-//   find_package(sdmt REQUIRED COMPONENTS nn track)
-//   target_link_libraries(own_detector PRIVATE sdmt::track)
-#include <sdmt/reid/model_file.h>
-#include <sdmt/track/embedding_appearance.h>
-#include <sdmt/track/histogram_appearance.h>
+//   find_package(sdmt REQUIRED COMPONENTS reid track)
+//   target_link_libraries(own_detector PRIVATE sdmt::track sdmt::reid)
+#include <sdmt/image/color_histogram.h>
+#include <sdmt/reid/embedder.h>
 #include <sdmt/track/tracker.h>
 
 #include <cstdint>
@@ -42,10 +42,9 @@ std::vector<mot::Detection> detect(const Camera& camera) {
 }
 
 int main(int argc, char** argv) {
-  std::unique_ptr<track::AppearanceModel> appearance =
-      std::make_unique<track::HistogramAppearance>();
-  if (argc > 1)
-    appearance = std::make_unique<track::EmbeddingAppearance>(reid::load_model(argv[1]));
+  std::unique_ptr<image::CropDescriptor> descriptor =
+      std::make_unique<image::ColorHistogramDescriptor>();
+  if (argc > 1) descriptor = std::make_unique<reid::Embedder>(reid::load_model(argv[1]));
 
   const auto show = [](const std::vector<track::FinishedFrame>& finished) {
     for (const track::FinishedFrame& frame : finished)
@@ -56,7 +55,7 @@ int main(int argc, char** argv) {
 
   Camera camera;
   image::ImageView image;
-  track::Tracker tracker(track::TrackerOptions{}, appearance.get());
+  track::Tracker tracker(track::TrackerOptions{}, descriptor.get());
   while (camera.read(image)) show(tracker.update(detect(camera), &image));
   show(tracker.finish());
 }

@@ -164,4 +164,11 @@ bool color_histogram(const ImageView& image, const PixelRect& rect, std::span<fl
   return true;
 }
 
+void ColorHistogramDescriptor::describe(std::span<const Crop> crops, DescriptorRows& out) {
+  out.reset(crops.size(), kColorHistogramSize);
+  for (std::size_t i = 0; i < crops.size(); ++i) {
+    out.valid[i] = color_histogram(crops[i].image, crops[i].rect, out.row(i)) ? 1 : 0;
+  }
+}
+
 }  // namespace sdmt::image

@@ -9,6 +9,8 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "sdmt/track/pixel_rect.h"
+
 namespace sdmt::pipeline {
 
 namespace {
@@ -39,9 +41,9 @@ void dashed_line(cv::Mat& image, cv::Point2d a, cv::Point2d b, const cv::Scalar&
 }
 
 void draw_box(cv::Mat& image, const track::TrackedBox& tracked, const cv::Scalar& colour) {
-  // The first pixel is 1 for the tracker, 0 for OpenCV.
-  const cv::Point2d from(tracked.box.left - 1, tracked.box.top - 1);
-  const cv::Point2d to(from.x + tracked.box.width, from.y + tracked.box.height);
+  const image::PixelRect rect = track::to_pixel_rect(tracked.box);
+  const cv::Point2d from(rect.left, rect.top);
+  const cv::Point2d to(rect.left + rect.width, rect.top + rect.height);
   if (tracked.source == track::BoxSource::detected) {
     cv::rectangle(image, point(from), point(to), colour, 2, cv::LINE_AA);
     return;
@@ -59,10 +61,11 @@ void draw_label(cv::Mat& image, const track::TrackedBox& tracked, const cv::Scal
   const std::string text = std::to_string(tracked.id);
   int baseline = 0;
   const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_DUPLEX, kFont, 1, &baseline);
-  const int left = pixel(tracked.box.left - 2);
+  const image::PixelRect rect = track::to_pixel_rect(tracked.box);
+  const int left = pixel(rect.left - 1);
   // Above the box, or inside where there is no room above.
-  int top = pixel(tracked.box.top - 1) - size.height - 6;
-  if (top < 0) top = std::max(0, pixel(tracked.box.top - 1));
+  int top = pixel(rect.top) - size.height - 6;
+  if (top < 0) top = std::max(0, pixel(rect.top));
   const cv::Rect tag(left, top, size.width + 6, size.height + 6);
   cv::rectangle(image, tag, colour, cv::FILLED);
   const double light = 0.114 * colour[0] + 0.587 * colour[1] + 0.299 * colour[2];
@@ -105,8 +108,8 @@ void TrackRenderer::remember(const track::FinishedFrame& frame) {
     Trail& trail = trails_[tracked.id];
     // A trail that paused would draw a line across the picture.
     if (trail.last_frame + 1 < frame.frame) trail.feet.clear();
-    trail.feet.emplace_back(tracked.box.left - 1 + tracked.box.width / 2,
-                            tracked.box.top - 1 + tracked.box.height);
+    const image::PixelRect rect = track::to_pixel_rect(tracked.box);
+    trail.feet.emplace_back(rect.left + rect.width / 2, rect.top + rect.height);
     if (trail.feet.size() > kTrailFrames) trail.feet.pop_front();
     trail.last_frame = frame.frame;
   }

@@ -12,11 +12,9 @@ namespace sdmt::reid {
 
 namespace {
 
-constexpr int kCell = 4;  // input pixels to a position of the feature map: two poolings
-
 /// The cells that shifted windows cover together.
 struct WindowGrid {
-  WindowGrid(const image::PixelRect& window, std::span<const WindowShift> shifts) {
+  WindowGrid(const image::PixelRect& window, std::span<const image::GridShift> shifts) {
     const auto [min_column, max_column] =
         std::minmax_element(shifts.begin(), shifts.end(),
                             [](const auto& a, const auto& b) { return a.columns < b.columns; });
@@ -24,10 +22,10 @@ struct WindowGrid {
         shifts.begin(), shifts.end(), [](const auto& a, const auto& b) { return a.rows < b.rows; });
     left = min_column->columns;
     top = min_row->rows;
-    columns = WindowShift::kColumns + max_column->columns - left;
-    rows = WindowShift::kRows + max_row->rows - top;
-    const double cell_width = window.width / WindowShift::kColumns;
-    const double cell_height = window.height / WindowShift::kRows;
+    columns = image::GridShift::kColumns + max_column->columns - left;
+    rows = image::GridShift::kRows + max_row->rows - top;
+    const double cell_width = window.width / image::GridShift::kColumns;
+    const double cell_height = window.height / image::GridShift::kRows;
     region = {window.left + left * cell_width, window.top + top * cell_height, columns * cell_width,
               rows * cell_height};
   }
@@ -39,6 +37,15 @@ struct WindowGrid {
   image::PixelRect region;
 };
 
+// Input pixels to a position of the feature map, after two poolings; 0 when the map has not the
+// windows' size.
+int cell_of(const image::Preprocessing& input) {
+  constexpr int kCell = 4;
+  const bool fits = input.width == kCell * image::GridShift::kColumns &&
+                    input.height == kCell * image::GridShift::kRows;
+  return fits ? kCell : 0;
+}
+
 // Half a pixel is lost in rounding to whole ones anyway.
 void require_inside(const image::ImageView& image, const image::PixelRect& region) {
   constexpr double kSlack = 0.5;
@@ -47,7 +54,7 @@ void require_inside(const image::ImageView& image, const image::PixelRect& regio
       region.top + region.height <= image.height + kSlack) {
     return;
   }
-  throw std::invalid_argument("embed_windows: the windows leave the image, whose size is " +
+  throw std::invalid_argument("describe_shifted: the windows leave the image, whose size is " +
                               std::to_string(image.width) + " x " + std::to_string(image.height));
 }
 
@@ -71,19 +78,17 @@ Embedder::Embedder(Model model, const EmbedderOptions& options)
         "preprocessing makes patches of " + std::to_string(preprocessing.height) + " x " +
         std::to_string(preprocessing.width) + ", the network takes " + input.str());
   }
+  cell_ = cell_of(preprocessing);
   model_.network.release_for_inference();
 }
 
-void Embedder::embed(const image::ImageView& image, std::span<const image::PixelRect> rects,
-                     EmbeddingRows& out) {
-  crops_.clear();
-  for (const image::PixelRect& rect : rects) crops_.push_back({image, rect});
-  embed(crops_, out);
+std::optional<double> Embedder::tau_a() const {
+  if (!model_.metadata.tau_a) return std::nullopt;
+  return model_.metadata.tau_a->value;
 }
 
-void Embedder::embed(std::span<const Crop> crops, EmbeddingRows& out) {
-  out.values.assign(crops.size() * kEmbeddingSize, 0.0F);
-  out.valid.assign(crops.size(), 0);
+void Embedder::describe(std::span<const image::Crop> crops, image::DescriptorRows& out) {
+  out.reset(crops.size(), dimension());
   visible_.clear();
   for (std::size_t i = 0; i < crops.size(); ++i) {
     const image::ImageView& image = crops[i].image;
@@ -102,37 +107,31 @@ void Embedder::embed(std::span<const Crop> crops, EmbeddingRows& out) {
     patches_.resize(model_.network.input_shape(count));
 #pragma omp parallel for schedule(dynamic)
     for (int i = 0; i < count; ++i) {
-      const Crop& crop = crops[visible_[first + static_cast<std::size_t>(i)]];
+      const image::Crop& crop = crops[visible_[first + static_cast<std::size_t>(i)]];
       image::extract_patch(crop.image, crop.rect, model_.metadata.preprocessing, patches_.image(i));
     }
     const nn::Tensor& rows = model_.network.forward(patches_, nn::Mode::inference);
     for (int i = 0; i < count; ++i) {
       const std::size_t crop = visible_[first + static_cast<std::size_t>(i)];
-      std::copy_n(rows.image(i), kEmbeddingSize, out.values.data() + crop * kEmbeddingSize);
+      std::copy_n(rows.image(i), out.dimension, out.row(crop).begin());
     }
   }
 }
 
-bool Embedder::reads_windows() const {
-  const image::Preprocessing& input = model_.metadata.preprocessing;
-  return input.width == kCell * WindowShift::kColumns && input.height == kCell * WindowShift::kRows;
-}
-
-void Embedder::embed_windows(const image::ImageView& image, const image::PixelRect& window,
-                             std::span<const WindowShift> shifts, EmbeddingRows& out) {
-  out.values.assign(shifts.size() * kEmbeddingSize, 0.0F);
-  out.valid.assign(shifts.size(), 0);
+void Embedder::describe_shifted(const image::ImageView& image, const image::PixelRect& window,
+                                std::span<const image::GridShift> shifts,
+                                image::DescriptorRows& out) {
+  out.reset(shifts.size(), dimension());
   if (shifts.empty()) return;
   const WindowGrid grid(window, shifts);
   require_inside(image, grid.region);
-  image::Preprocessing preprocessing = model_.metadata.preprocessing;
-  if (!reads_windows()) {
-    throw std::invalid_argument("embed_windows: the network's input is " +
-                                std::to_string(preprocessing.height) + " x " +
-                                std::to_string(preprocessing.width) + ", expected 128 x 64");
+  if (cell_ == 0) {
+    CropDescriptor::describe_shifted(image, window, shifts, out);
+    return;
   }
-  preprocessing.width = kCell * grid.columns;
-  preprocessing.height = kCell * grid.rows;
+  image::Preprocessing preprocessing = model_.metadata.preprocessing;
+  preprocessing.width = cell_ * grid.columns;
+  preprocessing.height = cell_ * grid.rows;
   patches_.resize({1, preprocessing.height, preprocessing.width, 3});
   if (!image::extract_patch(image, grid.region, preprocessing, patches_.data())) return;
   const nn::Tensor& map = model_.network.trunk().forward(patches_, nn::Mode::inference);
@@ -141,21 +140,21 @@ void Embedder::embed_windows(const image::ImageView& image, const image::PixelRe
   const auto channels = static_cast<std::size_t>(map.shape().c);
   for (std::size_t first = 0; first < shifts.size(); first += most) {
     const int count = static_cast<int>(std::min(most, shifts.size() - first));
-    windows_.resize({count, WindowShift::kRows, WindowShift::kColumns, map.shape().c});
+    windows_.resize({count, image::GridShift::kRows, image::GridShift::kColumns, map.shape().c});
 #pragma omp parallel for schedule(static)
     for (int i = 0; i < count; ++i) {
-      const WindowShift& shift = shifts[first + static_cast<std::size_t>(i)];
-      for (int y = 0; y < WindowShift::kRows; ++y) {
+      const image::GridShift& shift = shifts[first + static_cast<std::size_t>(i)];
+      for (int y = 0; y < image::GridShift::kRows; ++y) {
         const auto from = static_cast<std::size_t>(shift.rows - grid.top + y) *
                               static_cast<std::size_t>(grid.columns) +
                           static_cast<std::size_t>(shift.columns - grid.left);
-        std::copy_n(
-            map.data() + from * channels, WindowShift::kColumns * channels,
-            windows_.image(i) + static_cast<std::size_t>(y) * WindowShift::kColumns * channels);
+        std::copy_n(map.data() + from * channels, image::GridShift::kColumns * channels,
+                    windows_.image(i) +
+                        static_cast<std::size_t>(y) * image::GridShift::kColumns * channels);
       }
     }
     const nn::Tensor& rows = model_.network.head().forward(windows_, nn::Mode::inference);
-    std::copy_n(rows.data(), rows.size(), out.values.data() + first * kEmbeddingSize);
+    std::copy_n(rows.data(), rows.size(), out.row(first).begin());
   }
   std::fill(out.valid.begin(), out.valid.end(), static_cast<unsigned char>(1));
 }

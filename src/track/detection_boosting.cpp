@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "sdmt/track/pixel_rect.h"
+
 namespace sdmt::track {
 
 namespace {
@@ -26,9 +28,9 @@ mot::Tlwh clip(const mot::Tlwh& box, const image::ImageView& image) {
 
 }  // namespace
 
-int DetectionBoosting::boost(int frame, const image::ImageView& image, AppearanceModel& appearance,
-                             const Tracklets& active, std::span<const Match> matches,
-                             FrameDetections& detections) {
+int DetectionBoosting::boost(int frame, const image::ImageView& image,
+                             image::CropDescriptor& descriptor, const Tracklets& active,
+                             std::span<const Match> matches, FrameDetections& detections) {
   changed_ = false;
   searching_.clear();
   candidates_.clear();
@@ -47,7 +49,7 @@ int DetectionBoosting::boost(int frame, const image::ImageView& image, Appearanc
     first_candidate_.push_back(candidates_.size());
   }
   if (candidates_.empty()) return 0;
-  embed(image, appearance);
+  embed(image, descriptor);
 
   const std::size_t first = detections.size();
   affinities_.clear();
@@ -55,9 +57,9 @@ int DetectionBoosting::boost(int frame, const image::ImageView& image, Appearanc
     double best = tau_a_ + options_.margin;
     std::size_t chosen = candidates_.size();
     for (std::size_t j = first_candidate_[i]; j < first_candidate_[i + 1]; ++j) {
-      if (!embeddings_.valid[j]) continue;
-      const double affinity = 1 - active[searching_[i]]->gallery.distance(
-                                      embeddings_.row(j), appearance_.gallery_distance);
+      if (!rows_.valid[j]) continue;
+      const double affinity =
+          1 - active[searching_[i]]->gallery.distance(rows_.row(j), appearance_.gallery_distance);
       if (affinity > best) {
         best = affinity;
         chosen = j;
@@ -68,7 +70,7 @@ int DetectionBoosting::boost(int frame, const image::ImageView& image, Appearanc
     flags.strong = true;
     flags.boosted = true;
     detections.add(candidates_[chosen], 0.0, flags);
-    detections.set_feature(detections.size() - 1, embeddings_.row(chosen));
+    detections.set_feature(detections.size() - 1, rows_.row(chosen));
     affinities_.push_back(best);
   }
   if (detections.size() == first) return 0;
@@ -105,8 +107,9 @@ void DetectionBoosting::sample(const mot::Cxcywh& prediction, const image::Image
       for (int x = -half; x <= half; ++x) {
         const double right = x * step / scale, down = y * step / scale;  // in the view's box
         if (options_.one_pass) {
-          const BoxShift shift{static_cast<int>(std::lround(right * BoxShift::kColumns)),
-                               static_cast<int>(std::lround(down * BoxShift::kRows))};
+          const image::GridShift shift{
+              static_cast<int>(std::lround(right * image::GridShift::kColumns)),
+              static_cast<int>(std::lround(down * image::GridShift::kRows))};
           const mot::Tlwh box = shift.applied_to(view.box);
           if (!inside(box, image)) continue;
           view.shifts.push_back(shift);
@@ -124,18 +127,18 @@ void DetectionBoosting::sample(const mot::Cxcywh& prediction, const image::Image
   }
 }
 
-void DetectionBoosting::embed(const image::ImageView& image, AppearanceModel& appearance) {
+void DetectionBoosting::embed(const image::ImageView& image, image::CropDescriptor& descriptor) {
   if (!options_.one_pass) {
-    appearance.embed(image, candidates_, embeddings_);
+    crops_.clear();
+    for (const mot::Tlwh& box : candidates_) crops_.push_back({image, to_pixel_rect(box)});
+    descriptor.describe(crops_, rows_);
     return;
   }
-  embeddings_.dimension = appearance.dimension();
-  embeddings_.values.clear();
-  embeddings_.valid.clear();
+  rows_.reset(0, descriptor.dimension());
   for (const View& view : views_) {
-    appearance.embed_shifted(image, view.box, view.shifts, part_);
-    embeddings_.values.insert(embeddings_.values.end(), part_.values.begin(), part_.values.end());
-    embeddings_.valid.insert(embeddings_.valid.end(), part_.valid.begin(), part_.valid.end());
+    descriptor.describe_shifted(image, to_pixel_rect(view.box), view.shifts, part_);
+    rows_.values.insert(rows_.values.end(), part_.values.begin(), part_.values.end());
+    rows_.valid.insert(rows_.valid.end(), part_.valid.begin(), part_.valid.end());
   }
 }
 

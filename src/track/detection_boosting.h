@@ -7,9 +7,9 @@
 
 #include "detection_assignment.h"
 #include "frame_detections.h"
+#include "sdmt/image/crop_descriptor.h"
 #include "sdmt/image/image_view.h"
 #include "sdmt/mot/overlaps.h"
-#include "sdmt/track/appearance_model.h"
 #include "sdmt/track/tracker_options.h"
 #include "tracklet.h"
 
@@ -19,7 +19,7 @@ namespace sdmt::track {
 /// prediction of each positive tracklet without a detection, boosted less than every `interval`
 /// frames, boxes are sampled densely: grid x grid shifts of up to `reach` widths
 /// and heights, in one size or three. They are clipped to the image and all embedded in one batch;
-/// with one_pass those inside the image are embedded by AppearanceModel::embed_shifted(),
+/// with one_pass those inside the image are embedded by CropDescriptor::describe_shifted(),
 /// size by size, and those that leave it are left out. The one closest in appearance joins the
 /// detections when its affinity is above tau_a by more
 /// than `margin`.
@@ -33,7 +33,7 @@ class DetectionBoosting {
   /// better one by more than `nms`, the detector's among them: those by score, after them the
   /// boosted ones by affinity. Returns how many boosted boxes are left. `matches` are those of the
   /// first assignment.
-  int boost(int frame, const image::ImageView& image, AppearanceModel& appearance,
+  int boost(int frame, const image::ImageView& image, image::CropDescriptor& descriptor,
             const Tracklets& active, std::span<const Match> matches, FrameDetections& detections);
 
   /// Whether the last call left a boosted box or dropped one of the detector's: the matches must
@@ -50,11 +50,11 @@ class DetectionBoosting {
   /// Samples of one size, with one_pass.
   struct View {
     mot::Tlwh box;  ///< around the prediction
-    std::vector<BoxShift> shifts;
+    std::vector<image::GridShift> shifts;
   };
 
   void sample(const mot::Cxcywh& prediction, const image::ImageView& image);
-  void embed(const image::ImageView& image, AppearanceModel& appearance);
+  void embed(const image::ImageView& image, image::CropDescriptor& descriptor);
   void suppress(FrameDetections& detections, std::size_t first);
 
   const BoostingOptions& options_;
@@ -67,8 +67,9 @@ class DetectionBoosting {
   std::vector<std::size_t> first_candidate_;  // [searching + 1]
   std::vector<mot::Tlwh> candidates_;
   std::vector<View> views_;         // their samples are the candidates, in order
-  Embeddings embeddings_;           // [candidates]
-  Embeddings part_;                 // of a view
+  std::vector<image::Crop> crops_;  // [candidates]
+  image::DescriptorRows rows_;      // [candidates]
+  image::DescriptorRows part_;      // of a view
   std::vector<double> affinities_;  // of the boosted boxes
   mot::OverlapFinder overlaps_;
   std::vector<double> ranks_;

@@ -11,6 +11,7 @@
 #include "detection_boosting.h"
 #include "embedding_selection.h"
 #include "frame_detections.h"
+#include "sdmt/track/pixel_rect.h"
 #include "track_history.h"
 #include "track_output.h"
 #include "tracklet.h"
@@ -45,17 +46,23 @@ KalmanFilter::Noise tracking_noise(const MotionOptions& options) {
           2 * options.position_noise, 10 * options.velocity_noise};
 }
 
-double chosen_tau_a(const AppearanceOptions& options, const AppearanceModel* appearance) {
+double chosen_tau_a(const AppearanceOptions& options, const image::CropDescriptor* descriptor) {
   if (options.tau_a) return *options.tau_a;
-  return appearance == nullptr ? 0.0 : appearance->affinity_threshold() - options.tau_a_margin;
+  if (descriptor == nullptr) return 0.0;
+  const auto tau_a = descriptor->tau_a();
+  if (!tau_a) {
+    throw std::invalid_argument("the descriptor '" + descriptor->name() +
+                                "' has no tau_a, expected AppearanceOptions::tau_a");
+  }
+  return *tau_a - options.tau_a_margin;
 }
 
 }  // namespace
 
 struct Tracker::State {
-  State(const TrackerOptions& given, AppearanceModel* model)
+  State(const TrackerOptions& given, image::CropDescriptor* model)
       : options(valid(given)),
-        appearance(model),
+        descriptor(model),
         tau_a(chosen_tau_a(options.appearance, model)),
         motion(tracking_noise(options.motion)),
         assignment(options.assignment, options.appearance, tau_a),
@@ -86,7 +93,7 @@ struct Tracker::State {
   void merge(Tracklet& older, Tracklet& newer);
 
   const TrackerOptions options;
-  AppearanceModel* const appearance;
+  image::CropDescriptor* const descriptor;
   const double tau_a;
   const KalmanFilter motion;
   DetectionFilter filter;
@@ -105,16 +112,16 @@ struct Tracker::State {
   Tracklets idle;    // inactive ones that can still be associated or reported, by id
   FrameDetections detections;
   std::vector<Match> matches;
-  std::vector<mot::Tlwh> boxes_to_embed;
-  Embeddings embeddings;
+  std::vector<image::Crop> crops;
+  image::DescriptorRows rows;
   TrackerStats stats;
   // As they were before the frame, for take_back().
   TrackerStats stats_before;
   std::vector<KalmanState> states_before;  // [active]
 };
 
-Tracker::Tracker(const TrackerOptions& options, AppearanceModel* appearance)
-    : state_(std::make_unique<State>(options, appearance)) {}
+Tracker::Tracker(const TrackerOptions& options, image::CropDescriptor* descriptor)
+    : state_(std::make_unique<State>(options, descriptor)) {}
 Tracker::~Tracker() = default;
 Tracker::Tracker(Tracker&&) noexcept = default;
 Tracker& Tracker::operator=(Tracker&&) noexcept = default;
@@ -201,17 +208,17 @@ void Tracker::State::embed(const image::ImageView* image) {
     const Stopwatch watch(stats.assign_seconds);
     assignment.gate(active, detections);
   }
-  if (appearance == nullptr || image == nullptr || image->empty()) return;
+  if (descriptor == nullptr || image == nullptr || image->empty()) return;
   const Stopwatch watch(stats.embed_seconds);
   const auto& chosen = selection.choose(frame, active, detections, assignment.gated());
   if (chosen.empty()) return;
-  boxes_to_embed.clear();
-  for (const std::size_t i : chosen) boxes_to_embed.push_back(detections.boxes[i]);
-  appearance->embed(*image, boxes_to_embed, embeddings);
+  crops.clear();
+  for (const std::size_t i : chosen) crops.push_back({*image, to_pixel_rect(detections.boxes[i])});
+  descriptor->describe(crops, rows);
   stats.embedded += static_cast<std::int64_t>(chosen.size());
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (embeddings.valid[i]) {
-      detections.set_feature(chosen[i], embeddings.row(i));
+    if (rows.valid[i]) {
+      detections.set_feature(chosen[i], rows.row(i));
     } else {
       ++stats.without_embedding;
     }
@@ -224,10 +231,10 @@ void Tracker::State::assign() {
 }
 
 void Tracker::State::boost(const image::ImageView* image) {
-  if (!options.boosting.enabled || appearance == nullptr || image == nullptr || image->empty())
+  if (!options.boosting.enabled || descriptor == nullptr || image == nullptr || image->empty())
     return;
   const Stopwatch watch(stats.boost_seconds);
-  boosting.boost(frame, *image, *appearance, active, matches, detections);
+  boosting.boost(frame, *image, *descriptor, active, matches, detections);
   stats.embedded += static_cast<std::int64_t>(boosting.candidates());
   if (boosting.changed()) {
     // The whole frame again, from the same predictions: a boosted box may free a detection.
@@ -330,7 +337,7 @@ void Tracker::State::end_all() {
 
 void Tracker::State::associate() {
   if (!options.association.enabled) return;
-  if (appearance == nullptr && !options.association.by_motion) return;
+  if (descriptor == nullptr && !options.association.by_motion) return;
   const Stopwatch watch(stats.associate_seconds);
   std::vector<Tracklet*> positive;
   for (const Tracklets* group : {&idle, &active}) {

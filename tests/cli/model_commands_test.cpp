@@ -18,8 +18,8 @@ namespace sdmt::tests {
 namespace {
 
 namespace fs = std::filesystem;
-using nn::testing_support::FormulaCrop;
-using nn::testing_support::kFormulaCrops;
+using reid::testing_support::FormulaCrop;
+using reid::testing_support::kFormulaCrops;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -36,7 +36,7 @@ std::vector<float> floats(const io::Safetensors& file, const std::string& name) 
 // The fixture is PyTorch's and OpenCV's answer (tests/parity/make_network.py).
 TEST(EmbedCommand, AgreesWithPyTorchOnImageFiles) {
   const TemporaryFolder folder;
-  nn::testing_support::write_formula_model(folder / "m.safetensors");
+  reid::testing_support::write_formula_model(folder / "m.safetensors");
   std::vector<std::string> words{"embed", "--model", folder / "m.safetensors", "--output",
                                  folder / "f.safetensors"};
   for (int i = 0; i < kFormulaCrops; ++i) {

@@ -13,8 +13,8 @@
 namespace sdmt::image {
 namespace {
 
-using testing_support::FormulaCrop;
-using testing_support::kFormulaCrops;
+using reid::testing_support::FormulaCrop;
+using reid::testing_support::kFormulaCrops;
 
 double distance(std::span<const float> a, std::span<const float> b) {
   double sum = 0;
@@ -89,6 +89,42 @@ TEST(ColorHistogram, RefusesWhatShowsNothing) {
   EXPECT_TRUE(color_histogram(picture.view(), {0, 0, 2, 2}, out));
   EXPECT_THROW(color_histogram(picture.view(), picture.rect(), std::span(out).first(10)),
                std::invalid_argument);
+}
+
+TEST(ColorHistogram, ADescriptorsRowsAreTheHistograms) {
+  const FormulaCrop picture(3);
+  ColorHistogramDescriptor descriptor;
+  DescriptorRows rows;
+  const std::vector<Crop> crops{{picture.view(), picture.rect()},
+                                {picture.view(), {500, 0, 20, 40}},
+                                {picture.view(), {2, 3, 9, 9}}};
+  descriptor.describe(crops, rows);
+  EXPECT_EQ(rows.dimension, descriptor.dimension());
+  EXPECT_EQ(rows.valid, (std::vector<unsigned char>{1, 0, 1}));
+  std::vector<float> expected(kColorHistogramSize);
+  EXPECT_EQ(std::vector<float>(rows.row(1).begin(), rows.row(1).end()), expected);  // zeros
+  for (const std::size_t i : {0, 2}) {
+    ASSERT_TRUE(color_histogram(picture.view(), crops[i].rect, expected));
+    EXPECT_EQ(std::vector<float>(rows.row(i).begin(), rows.row(i).end()), expected) << i;
+  }
+}
+
+// A descriptor that shares no work between windows sees each as a crop of its own.
+TEST(ColorHistogram, ShiftedWindowsAreCrops) {
+  const FormulaCrop picture(15);  // 295 x 155 pixels
+  ColorHistogramDescriptor descriptor;
+  DescriptorRows shifted;
+  DescriptorRows crops;
+  const std::vector<GridShift> shifts{{0, 0}, {-4, 5}, {7, -2}};  // cells of 2 x 3 pixels
+  descriptor.describe_shifted(picture.view(), {60, 90, 32, 96}, shifts, shifted);
+  descriptor.describe(std::vector<Crop>{{picture.view(), {60, 90, 32, 96}},
+                                        {picture.view(), {52, 105, 32, 96}},
+                                        {picture.view(), {74, 84, 32, 96}}},
+                      crops);
+  EXPECT_EQ(shifted.values, crops.values);
+  EXPECT_EQ(shifted.valid, crops.valid);
+  EXPECT_NE(std::vector<float>(shifted.row(0).begin(), shifted.row(0).end()),
+            std::vector<float>(shifted.row(1).begin(), shifted.row(1).end()));
 }
 
 }  // namespace

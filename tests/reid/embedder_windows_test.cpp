@@ -46,31 +46,34 @@ class Windows : public ::testing::Test {
 Embedder* Windows::embedder_ = nullptr;
 
 TEST_F(Windows, OneWindowIsOneCrop) {
-  EmbeddingRows crop, window;
-  embedder_->embed(picture_.view(), std::vector{window_}, crop);
-  embedder_->embed_windows(picture_.view(), window_, std::vector<WindowShift>{{0, 0}}, window);
+  image::DescriptorRows crop, window;
+  embedder_->describe(std::vector<image::Crop>{{picture_.view(), window_}}, crop);
+  embedder_->describe_shifted(picture_.view(), window_, std::vector<image::GridShift>{{0, 0}},
+                              window);
   EXPECT_EQ(window.values, crop.values);
   EXPECT_EQ(window.valid, crop.valid);
   const image::PixelRect moved{window_.left - 8, window_.top + 15, window_.width, window_.height};
-  embedder_->embed(picture_.view(), std::vector{moved}, crop);
-  embedder_->embed_windows(picture_.view(), window_, std::vector<WindowShift>{{-4, 5}}, window);
+  embedder_->describe(std::vector<image::Crop>{{picture_.view(), moved}}, crop);
+  embedder_->describe_shifted(picture_.view(), window_, std::vector<image::GridShift>{{-4, 5}},
+                              window);
   EXPECT_EQ(window.values, crop.values);
 }
 
 // What a window sees beyond its edges sets it apart from the crop, but no other crop is closer.
 TEST_F(Windows, EveryWindowIsClosestToItsOwnCrop) {
-  std::vector<WindowShift> shifts;
-  std::vector<image::PixelRect> crops;
+  std::vector<image::GridShift> shifts;
+  std::vector<image::Crop> crops;
   for (const int rows : {-8, 0, 7}) {
     for (const int columns : {-6, 1, 5}) {
       shifts.push_back({columns, rows});
-      crops.push_back(
-          {window_.left + 2.0 * columns, window_.top + 3.0 * rows, window_.width, window_.height});
+      crops.push_back({picture_.view(),
+                       {window_.left + 2.0 * columns, window_.top + 3.0 * rows, window_.width,
+                        window_.height}});
     }
   }
-  EmbeddingRows expected, got;
-  embedder_->embed(picture_.view(), crops, expected);
-  embedder_->embed_windows(picture_.view(), window_, shifts, got);
+  image::DescriptorRows expected, got;
+  embedder_->describe(crops, expected);
+  embedder_->describe_shifted(picture_.view(), window_, shifts, got);
   ASSERT_EQ(got.valid, std::vector<unsigned char>(shifts.size(), 1));
   for (std::size_t i = 0; i < shifts.size(); ++i) {
     const float* row = got.values.data() + i * kEmbeddingSize;
@@ -84,16 +87,16 @@ TEST_F(Windows, EveryWindowIsClosestToItsOwnCrop) {
 }
 
 TEST_F(Windows, NoneIsNoWork) {
-  EmbeddingRows rows;
-  embedder_->embed_windows(picture_.view(), window_, {}, rows);
+  image::DescriptorRows rows;
+  embedder_->describe_shifted(picture_.view(), window_, {}, rows);
   EXPECT_TRUE(rows.values.empty() && rows.valid.empty());
 }
 
 TEST_F(Windows, MustLieInTheImage) {
-  EmbeddingRows rows;
-  for (const WindowShift shift : {WindowShift{-31, 0}, {0, -31}, {32, 0}, {0, 37}}) {
+  image::DescriptorRows rows;
+  for (const image::GridShift shift : {image::GridShift{-31, 0}, {0, -31}, {32, 0}, {0, 37}}) {
     EXPECT_THROW(
-        embedder_->embed_windows(picture_.view(), window_, std::vector{shift, {0, 0}}, rows),
+        embedder_->describe_shifted(picture_.view(), window_, std::vector{shift, {0, 0}}, rows),
         std::invalid_argument)
         << shift.columns << " " << shift.rows;
   }

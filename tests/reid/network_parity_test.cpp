@@ -171,14 +171,14 @@ TEST_P(NetworkParity, FusedForwardPass) {
 
 TEST_P(NetworkParity, Embedder) {
   std::vector<FormulaCrop> pictures;
-  std::vector<Crop> crops;
+  std::vector<image::Crop> crops;
   for (int i = 0; i < kFormulaCrops; ++i) pictures.emplace_back(i);
   for (const FormulaCrop& picture : pictures) crops.push_back({picture.view(), picture.rect()});
   // One that shows nothing, in the middle: its neighbours must keep their rows.
-  crops.insert(crops.begin() + 5, Crop{pictures[0].view(), {-100, 0, 50, 50}});
-  EmbeddingRows rows;
+  crops.insert(crops.begin() + 5, image::Crop{pictures[0].view(), {-100, 0, 50, 50}});
+  image::DescriptorRows rows;
   Embedder embedder(std::move(model_), {.max_batch = 7});
-  embedder.embed(crops, rows);
+  embedder.describe(crops, rows);
   ASSERT_EQ(rows.valid.size(), crops.size());
   EXPECT_EQ(rows.valid[5], 0);
   EXPECT_EQ(std::count(rows.valid.begin(), rows.valid.end(), 1), kFormulaCrops);
@@ -188,17 +188,12 @@ TEST_P(NetworkParity, Embedder) {
   expect_embeddings(rows.values.data());
 
   // A row does not depend on its company.
-  EmbeddingRows alone;
-  embedder.embed(std::span(crops).subspan(3, 1), alone);
+  image::DescriptorRows alone;
+  embedder.describe(std::span(crops).subspan(3, 1), alone);
   for (std::size_t i = 0; i < kEmbeddingSize; ++i) {
     EXPECT_NEAR(alone.values[i], rows.values[3 * kEmbeddingSize + i], 1e-6);
   }
-  const std::vector<image::PixelRect> rects{{0, 0, 20, 40}, pictures[9].rect()};
-  embedder.embed(pictures[9].view(), rects, alone);
-  for (std::size_t i = 0; i < kEmbeddingSize; ++i) {
-    EXPECT_NEAR(alone.values[kEmbeddingSize + i], rows.values[9 * kEmbeddingSize + i], 1e-6);
-  }
-  embedder.embed(std::span<const Crop>(), alone);
+  embedder.describe(std::span<const image::Crop>(), alone);
   EXPECT_TRUE(alone.values.empty());
 }
 

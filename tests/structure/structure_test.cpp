@@ -60,7 +60,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude{
     {"nn", {"nn", "io"}},
     {"media", {"media", "image", "io"}},
     {"reid", {"reid", "nn", "image", "io"}},
-    {"track", {"track", "mot", "image", "reid", "io"}},
+    {"track", {"track", "mot", "image", "io"}},
     {"eval", {"eval", "mot", "io"}},
     {"train", {"train", "reid", "media", "nn", "image", "io"}},
     {"pipeline", {"pipeline", "track", "media", "mot", "image", "io"}},

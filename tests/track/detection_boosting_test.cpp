@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "scene.h"
+#include "sdmt/track/pixel_rect.h"
 
 namespace sdmt::track {
 namespace {
@@ -25,8 +26,8 @@ class Boosting : public ::testing::Test {
                                                options_.appearance.gallery_size, rules_);
     const mot::Cxcywh centre = mot::to_cxcywh(predicted);
     tracklet->state.mean = {centre.cx, centre.cy, centre.width, centre.height};
-    Embeddings state;
-    appearance_.embed(image_, std::vector{seen}, state);
+    image::DescriptorRows state;
+    appearance_.describe(std::vector<image::Crop>{{image_, to_pixel_rect(seen)}}, state);
     tracklet->gallery.add(state.row(0));
     for (int i = 0; i < length; ++i) tracklet->confidence.add(0.9);
     appearance_.calls = 0;
@@ -42,7 +43,7 @@ class Boosting : public ::testing::Test {
 
   TrackerOptions options_;
   OutputRules rules_{options_.output, options_.motion, options_.decision_lag()};
-  test::FakeAppearance appearance_;
+  test::FakeDescriptor appearance_;
   image::ImageView image_ = test::blank();
   DetectionBoosting boosting_{options_.boosting, options_.appearance, options_.confidence, 0.6};
   Tracklets active_;
@@ -168,8 +169,9 @@ TEST_F(Boosting, InOnePassReadsTheGridSizeBySize) {
   EXPECT_EQ(appearance_.passes, 3);
   ASSERT_EQ(detections_.size(), 1u);
   EXPECT_NEAR(iou(detections_.boxes[0], {100, 100, 40, 90}), 1, 1e-9);
-  Embeddings expected;
-  appearance_.embed(image_, std::vector{detections_.boxes[0]}, expected);
+  image::DescriptorRows expected;
+  appearance_.describe(std::vector<image::Crop>{{image_, to_pixel_rect(detections_.boxes[0])}},
+                       expected);
   EXPECT_EQ(detections_.feature(0)[3], expected.row(0)[3]);
 }
 

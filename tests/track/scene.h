@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
-#include "sdmt/image/image_view.h"
+#include "sdmt/image/crop_descriptor.h"
 #include "sdmt/mot/detection.h"
-#include "sdmt/track/appearance_model.h"
 
 namespace sdmt::track::test {
 
@@ -21,45 +22,44 @@ struct Person {
 
 /// Appearance without images: a box looks like the person it overlaps most, the less the worse it
 /// fits, and like background elsewhere. Tests set `people` before each frame.
-class FakeAppearance final : public AppearanceModel {
+class FakeDescriptor final : public image::CropDescriptor {
  public:
   static constexpr int kDimension = 16;
 
+  std::string name() const override { return "fake"; }
   int dimension() const override { return kDimension; }
-  double affinity_threshold() const override { return threshold; }
-  void embed(const image::ImageView& frame, std::span<const mot::Tlwh> boxes,
-             Embeddings& out) override {
-    out.dimension = kDimension;
-    out.values.assign(boxes.size() * kDimension, 0.0F);
-    out.valid.assign(boxes.size(), 1);
-    for (std::size_t i = 0; i < boxes.size(); ++i) {
+  std::optional<double> tau_a() const override { return threshold; }
+  void describe(std::span<const image::Crop> crops, image::DescriptorRows& out) override {
+    out.reset(crops.size(), kDimension);
+    for (std::size_t i = 0; i < crops.size(); ++i) {
+      const image::PixelRect& rect = crops[i].rect;
+      const mot::Tlwh box{rect.left + 1, rect.top + 1, rect.width, rect.height};
       const Person* best = nullptr;
       for (const Person& person : people) {
-        if (best == nullptr || mot::iou(boxes[i], person.box) > mot::iou(boxes[i], best->box))
-          best = &person;
+        if (best == nullptr || mot::iou(box, person.box) > mot::iou(box, best->box)) best = &person;
       }
-      const double fit = best == nullptr ? 0 : mot::iou(boxes[i], best->box);
+      const double fit = best == nullptr ? 0 : mot::iou(box, best->box);
       // An angle away from the person's own direction towards the background's.
       const double angle = (1 - fit) * 1.5;
       float* row = out.values.data() + i * kDimension;
       if (best != nullptr) row[best->look] = static_cast<float>(std::cos(angle));
       row[kDimension - 1] = static_cast<float>(std::sin(angle));
-      const bool visible = boxes[i].left + boxes[i].width > 1 && boxes[i].left < frame.width + 1;
-      if (!visible) out.valid[i] = 0;
+      out.valid[i] = rect.left + rect.width > 0 && rect.left < crops[i].image.width ? 1 : 0;
       ++embedded;
     }
     ++calls;
   }
 
-  void embed_shifted(const image::ImageView& frame, const mot::Tlwh& box,
-                     std::span<const BoxShift> shifts, Embeddings& out) override {
-    AppearanceModel::embed_shifted(frame, box, shifts, out);
+  void describe_shifted(const image::ImageView& image, const image::PixelRect& window,
+                        std::span<const image::GridShift> shifts,
+                        image::DescriptorRows& out) override {
+    CropDescriptor::describe_shifted(image, window, shifts, out);
     ++passes;
   }
 
   std::vector<Person> people;
-  double threshold = 0.6;
-  int passes = 0;  ///< of embed_shifted()
+  std::optional<double> threshold = 0.6;
+  int passes = 0;  ///< of describe_shifted()
   int calls = 0;
   int embedded = 0;
 };

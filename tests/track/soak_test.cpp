@@ -68,7 +68,7 @@ TEST(Soak, MemoryAndTimeStayFlat) {
   const char* wanted = std::getenv("SDMT_SOAK_FRAMES");
   const int frames = wanted != nullptr ? std::max(20000, std::atoi(wanted)) : 20000;
   const int tenth = frames / 10;
-  test::FakeAppearance appearance;
+  test::FakeDescriptor appearance;
   Tracker tracker({}, &appearance);
   Street street;
   const image::ImageView image = test::blank(1920, 1080);

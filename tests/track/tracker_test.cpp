@@ -22,7 +22,7 @@ namespace {
 
 using test::blank;
 using test::detect;
-using test::FakeAppearance;
+using test::FakeDescriptor;
 using test::Person;
 
 using Frames = std::vector<std::vector<Person>>;  // [frame - 1] who the detector sees
@@ -32,7 +32,7 @@ Person walker(int frame, int look = 0, double start = 100) {
 }
 
 std::vector<FinishedFrame> track(const Frames& frames, const TrackerOptions& options,
-                                 FakeAppearance* appearance, TrackerStats* stats = nullptr,
+                                 FakeDescriptor* appearance, TrackerStats* stats = nullptr,
                                  const Frames* truth = nullptr) {
   Tracker tracker(options, appearance);
   const image::ImageView image = blank();
@@ -190,7 +190,7 @@ TEST(Tracker, AssociationBridgesAnOcclusionAndFillsIt) {
         const bool seen = frame <= 20 || frame >= 20 + gap;
         frames.push_back(seen ? std::vector{walker(frame)} : std::vector<Person>{});
       }
-      FakeAppearance appearance;
+      FakeDescriptor appearance;
       TrackerStats stats;
       TrackerOptions options = paper();
       options.association.by_motion = true;
@@ -216,7 +216,7 @@ TEST(Tracker, AssociationToldApartByLook) {
       frames.push_back({walker(frame, frame <= 20 ? 0 : 1)});
     }
   }
-  FakeAppearance appearance;
+  FakeDescriptor appearance;
   Tracker tracker(paper(), &appearance);
   std::vector<AssociationDecision> decisions;
   tracker.on_association(
@@ -241,13 +241,13 @@ TEST(Tracker, AppearanceKeepsIdentitiesApartWhereMotionCannot) {
     const double distance = 3.0 * std::abs(41 - frame);
     frames.push_back({{{400 - distance, 200, 60, 120}, 0}, {{400 + distance, 206, 60, 120}, 1}});
   }
-  FakeAppearance appearance;
+  FakeDescriptor appearance;
   TrackerOptions options = paper();
   const auto left = [](const FinishedFrame& frame) {
     return frame.boxes[0].box.left < frame.boxes[1].box.left ? frame.boxes[0].id
                                                              : frame.boxes[1].id;
   };
-  for (FakeAppearance* model : {&appearance, static_cast<FakeAppearance*>(nullptr)}) {
+  for (FakeDescriptor* model : {&appearance, static_cast<FakeDescriptor*>(nullptr)}) {
     const auto finished = track(frames, options, model);
     EXPECT_EQ(ids(finished).size(), 2u);
     ASSERT_EQ(finished.front().boxes.size(), 2u);
@@ -295,7 +295,7 @@ TEST(Tracker, BoostingKeepsAPersonWhomTheDetectorMisses) {
   options.boosting.enabled = true;
   options.output.fill = FillGaps::none;
   options.appearance.tau_a = 0.8;
-  FakeAppearance appearance;
+  FakeDescriptor appearance;
   TrackerStats stats;
   const auto finished = track(seen, options, &appearance, &stats, &truth);
   EXPECT_GE(stats.boosted, 18);
@@ -323,7 +323,7 @@ TEST(Tracker, DelayChangesWhenNotWhat) {
   const Frames frames = crowd(700, 12, 21, &truth);
   for (TrackerOptions options : {paper(), TrackerOptions::tuned()}) {
     options.appearance.tau_a = 0.6;
-    FakeAppearance appearance;
+    FakeDescriptor appearance;
     const std::string expected = text(track(frames, options, &appearance, nullptr, &truth));
     EXPECT_GT(expected.size(), 10000u);
     for (const int delay :
@@ -385,7 +385,7 @@ TEST(Tracker, IdsAreUniqueInAFrameAndSorted) {
     TrackerOptions options;
     options.output.delay = delay;
     options.appearance.tau_a = 0.6;
-    FakeAppearance appearance;
+    FakeDescriptor appearance;
     for (const auto& frame : track(frames, options, &appearance, nullptr, &truth)) {
       for (std::size_t i = 1; i < frame.boxes.size(); ++i) {
         ASSERT_LT(frame.boxes[i - 1].id, frame.boxes[i].id) << frame.frame;
@@ -417,7 +417,7 @@ TEST(Tracker, SurvivesHostileBoxes) {
     options.boosting.enabled = true;
     options.input.strong_confidence = -1e300;
     options.confidence.min_mean_confidence = -1e300;
-    FakeAppearance appearance;
+    FakeDescriptor appearance;
     Tracker tracker(options, &appearance);
     std::int64_t boxes = 0;
     const auto check = [&](const std::vector<FinishedFrame>& finished) {
@@ -480,34 +480,34 @@ TEST(Tracker, RefusesImpossibleDetectionsAndGoesOn) {
 }
 
 // Throws in some calls instead of answering.
-class FailingAppearance final : public AppearanceModel {
+class FailingDescriptor final : public image::CropDescriptor {
  public:
-  explicit FailingAppearance(FakeAppearance& inner) : inner_(inner) {}
+  explicit FailingDescriptor(FakeDescriptor& inner) : inner_(inner) {}
   int dimension() const override { return inner_.dimension(); }
-  double affinity_threshold() const override { return inner_.affinity_threshold(); }
-  void embed(const image::ImageView& frame, std::span<const mot::Tlwh> boxes,
-             Embeddings& out) override {
+  std::string name() const override { return inner_.name(); }
+  std::optional<double> tau_a() const override { return inner_.tau_a(); }
+  void describe(std::span<const image::Crop> crops, image::DescriptorRows& out) override {
     if (calls_left-- == 0) throw std::runtime_error("the appearance model failed");
-    inner_.embed(frame, boxes, out);
+    inner_.describe(crops, out);
   }
 
   int calls_left = -1;  // below 0: never fails
 
  private:
-  FakeAppearance& inner_;
+  FakeDescriptor& inner_;
 };
 
-TEST(Tracker, IsAsBeforeWhenTheAppearanceModelThrows) {
+TEST(Tracker, IsAsBeforeWhenTheDescriptorThrows) {
   Frames truth;
   const Frames frames = crowd(400, 10, 26, &truth);
   for (TrackerOptions options : {paper(), TrackerOptions::tuned()}) {
     options.appearance.tau_a = 0.6;
     options.boosting.enabled = true;
     TrackerStats expected_stats;
-    FakeAppearance fake;
+    FakeDescriptor fake;
     const auto expected = track(frames, options, &fake, &expected_stats, &truth);
 
-    FailingAppearance failing(fake);
+    FailingDescriptor failing(fake);
     Tracker tracker(options, &failing);
     const image::ImageView image = blank();
     std::vector<FinishedFrame> all;
@@ -552,7 +552,7 @@ TEST(Tracker, EveryReportedTrackEndsOnceWithItsAppearance) {
   TrackerOptions options;
   options.appearance.tau_a = 0.6;
   options.output.delay = 0;  // so that ids that are merged later are reported
-  FakeAppearance appearance;
+  FakeDescriptor appearance;
   Tracker tracker(options, &appearance);
   std::set<int> reported, ended, merged;
   std::map<int, int> last_seen;
@@ -598,7 +598,7 @@ TEST(Tracker, NothingFollowsTheEnd) {
 }
 
 TEST(Tracker, FramesWithoutImageAreTrackedByMotion) {
-  FakeAppearance appearance;
+  FakeDescriptor appearance;
   TrackerOptions options;
   Tracker tracker(options, &appearance);
   const image::ImageView image = blank();
@@ -613,7 +613,7 @@ TEST(Tracker, FramesWithoutImageAreTrackedByMotion) {
 }
 
 TEST(Tracker, InvalidCropsAreCountedAndMatchedByMotion) {
-  FakeAppearance appearance;
+  FakeDescriptor appearance;
   Tracker tracker(paper(), &appearance);
   const image::ImageView image = blank(200, 200);
   for (int frame = 1; frame <= 20; ++frame) {
@@ -632,6 +632,21 @@ TEST(Tracker, NoFramesAndNoDetectionsAreFine) {
   for (int frame = 0; frame < 300; ++frame) empty.update({});
   EXPECT_FALSE(empty.finish().empty());
   EXPECT_EQ(empty.stats().frames, 300);
+}
+
+TEST(Tracker, NeedsAThresholdOfTheOptionsOrTheDescriptor) {
+  FakeDescriptor descriptor;
+  descriptor.threshold.reset();
+  try {
+    Tracker tracker({}, &descriptor);
+    ADD_FAILURE() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(),
+                 "the descriptor 'fake' has no tau_a, expected AppearanceOptions::tau_a");
+  }
+  TrackerOptions options;
+  options.appearance.tau_a = 0.6;
+  EXPECT_NO_THROW(Tracker(options, &descriptor));
 }
 
 }  // namespace

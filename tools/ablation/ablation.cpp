@@ -7,9 +7,9 @@
 #include <stdexcept>
 
 #include "cli/text_table.h"
+#include "sdmt/image/color_histogram.h"
 #include "sdmt/pipeline/file_detections.h"
 #include "sdmt/pipeline/sequence_runner.h"
-#include "sdmt/track/histogram_appearance.h"
 #include "sdmt/track/result_rows.h"
 #include "sdmt/track/tracker.h"
 
@@ -42,7 +42,7 @@ Tracked run_sort(const AblationSequence& input, const track::SortOptions& option
 }
 
 Tracked run_tracker(const AblationSequence& input, const AblationVariant& variant,
-                    track::AppearanceModel* appearance, const std::function<void()>& frame_done,
+                    image::CropDescriptor* appearance, const std::function<void()>& frame_done,
                     const std::function<void(const std::string&)>& warning) {
   const auto frames = pipeline::open_frame_source(input.sequence.folder.string());
   pipeline::FileDetections detections(input.detections);
@@ -82,7 +82,7 @@ ordered_json figures_json(const eval::Scores& scores) {
 }  // namespace
 
 AblationRow run_variant(const AblationVariant& variant, std::span<const AblationSequence> sequences,
-                        track::AppearanceModel* network, const AblationRun& run,
+                        image::CropDescriptor* network, const AblationRun& run,
                         const std::function<void(int frames)>& progress,
                         const std::function<void(const std::string&)>& warning) {
   AblationRow row;
@@ -94,8 +94,8 @@ AblationRow run_variant(const AblationVariant& variant, std::span<const Ablation
       return row;
     }
   }
-  track::HistogramAppearance histogram;
-  track::AppearanceModel* appearance = nullptr;
+  image::ColorHistogramDescriptor histogram;
+  image::CropDescriptor* appearance = nullptr;
   if (variant.appearance == VariantAppearance::histogram) appearance = &histogram;
   if (variant.appearance == VariantAppearance::network) {
     if (network == nullptr) throw std::logic_error(variant.name + " needs an embedding network");

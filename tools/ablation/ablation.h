@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "evaluation/evaluation.h"
+#include "sdmt/image/crop_descriptor.h"
 #include "sdmt/mot/mot_file.h"
 #include "sdmt/mot/sequence.h"
-#include "sdmt/track/appearance_model.h"
 #include "sdmt/track/sort_baseline.h"
 #include "sdmt/track/tracker_options.h"
 
@@ -71,7 +71,7 @@ struct AblationRun {
 /// Runs a variant. `network` may be null when the variant does not use it. `progress` gets the
 /// frames done so far, `warning` lines of text. Throws what trackers and readers throw.
 AblationRow run_variant(const AblationVariant& variant, std::span<const AblationSequence> sequences,
-                        track::AppearanceModel* network, const AblationRun& run,
+                        image::CropDescriptor* network, const AblationRun& run,
                         const std::function<void(int frames)>& progress,
                         const std::function<void(const std::string&)>& warning);
 

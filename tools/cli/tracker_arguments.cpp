@@ -10,9 +10,8 @@
 #include <utility>
 
 #include "cli/shipped_files.h"
-#include "sdmt/reid/model_file.h"
-#include "sdmt/track/embedding_appearance.h"
-#include "sdmt/track/histogram_appearance.h"
+#include "sdmt/image/color_histogram.h"
+#include "sdmt/reid/embedder.h"
 #include "sdmt/track/tracker_option_table.h"
 
 namespace sdmt::tools {
@@ -66,17 +65,17 @@ void add_tracker_arguments(CLI::App& command, TrackerArguments& arguments) {
   }
 }
 
-std::unique_ptr<track::AppearanceModel> TrackerArguments::load_appearance(
+std::unique_ptr<image::CropDescriptor> TrackerArguments::load_appearance(
     const Warning& warning) const {
   if (!uses_appearance()) return nullptr;
-  if (appearance == "histogram") return std::make_unique<track::HistogramAppearance>();
+  if (appearance == "histogram") return std::make_unique<image::ColorHistogramDescriptor>();
   const bool needs_threshold = !options.appearance.tau_a;
   return load_network_appearance(
       model, needs_threshold ? warning : [](const std::string&) {});
 }
 
-std::unique_ptr<track::AppearanceModel> load_network_appearance(const std::string& file,
-                                                                const Warning& warning) {
+std::unique_ptr<image::CropDescriptor> load_network_appearance(const std::string& file,
+                                                               const Warning& warning) {
   const auto path = file.empty() ? find_default_model() : std::filesystem::path(file);
   reid::Model model = reid::load_model(path);
   if (!model.metadata.tau_a) {
@@ -84,8 +83,9 @@ std::unique_ptr<track::AppearanceModel> load_network_appearance(const std::strin
         fmt::format("{}: holds no tau_a, {} is taken; a threshold fits one network only: "
                     "measure it with sdmt validate-roc --write-threshold",
                     path.string(), reid::AffinityThreshold{}.value));
+    model.metadata.tau_a = reid::AffinityThreshold{};
   }
-  return std::make_unique<track::EmbeddingAppearance>(std::move(model));
+  return std::make_unique<reid::Embedder>(std::move(model));
 }
 
 }  // namespace sdmt::tools

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "sdmt/track/appearance_model.h"
+#include "sdmt/image/crop_descriptor.h"
 #include "sdmt/track/tracker_options.h"
 
 namespace sdmt::tools {
@@ -22,14 +22,14 @@ struct TrackerArguments {
   bool no_appearance = false;
 
   bool uses_appearance() const { return !no_appearance && appearance != "none"; }
-  /// The appearance model; nullptr when none is used. Throws as reid::load_model().
-  std::unique_ptr<track::AppearanceModel> load_appearance(const Warning& warning) const;
+  /// What tells people apart; nullptr when nothing does. Throws as reid::load_model().
+  std::unique_ptr<image::CropDescriptor> load_appearance(const Warning& warning) const;
 };
 
-/// The appearance of an embedding network; an empty `file` means the shipped one. Warns when it
-/// holds no tau_a. Throws as reid::load_model().
-std::unique_ptr<track::AppearanceModel> load_network_appearance(const std::string& file,
-                                                                const Warning& warning);
+/// An embedding network; an empty `file` means the shipped one. Warns when it holds no tau_a, and
+/// takes that of reid::AffinityThreshold. Throws as reid::load_model().
+std::unique_ptr<image::CropDescriptor> load_network_appearance(const std::string& file,
+                                                               const Warning& warning);
 
 /// Adds --model, --appearance, --no-appearance and an option for every entry of
 /// track::tracker_option_table(); switches also as --no-NAME. `arguments` must live until the

@@ -90,9 +90,9 @@ std::vector<AblationVariant> choose_variants(const AblateOptions& options) {
 }
 
 // Null when no variant can use it.
-std::unique_ptr<track::AppearanceModel> load_network(const AblateOptions& options,
-                                                     const std::vector<AblationVariant>& variants,
-                                                     const std::vector<AblationSequence>& inputs) {
+std::unique_ptr<image::CropDescriptor> load_network(const AblateOptions& options,
+                                                    const std::vector<AblationVariant>& variants,
+                                                    const std::vector<AblationSequence>& inputs) {
   const bool wanted = std::any_of(variants.begin(), variants.end(), [](const auto& variant) {
     return variant.appearance == VariantAppearance::network;
   });

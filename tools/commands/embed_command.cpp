@@ -50,13 +50,13 @@ void run(const EmbedOptions& options) {
   for (std::size_t first = 0; first < paths.size(); first += kAtOnce) {
     const auto piece = std::span(paths).subspan(first, std::min(kAtOnce, paths.size() - first));
     const std::vector<image::Image> images = read_all(piece);
-    std::vector<reid::Crop> crops;
+    std::vector<image::Crop> crops;
     crops.reserve(images.size());
     for (const image::Image& image : images) {
       crops.push_back({image.view(), {0, 0, 1.0 * image.width, 1.0 * image.height}});
     }
-    reid::EmbeddingRows rows;
-    embedder.embed(crops, rows);
+    image::DescriptorRows rows;
+    embedder.describe(crops, rows);
     for (std::size_t i = 0; i < piece.size(); ++i) {
       if (rows.valid[i] == 0) {
         throw std::invalid_argument(fmt::format("{}: is {} x {} pixels, expected at least 2 x 2",
@@ -72,7 +72,8 @@ void run(const EmbedOptions& options) {
   writer.set_metadata("images",
                       nlohmann::json(options.images)
                           .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
-  writer.add("embeddings", {paths.size(), reid::kEmbeddingSize}, embeddings);
+  writer.add("embeddings", {paths.size(), static_cast<std::size_t>(embedder.dimension())},
+             embeddings);
   writer.write(options.output);
 }
 
@@ -85,7 +86,8 @@ void add_embed_command(CLI::App& app) {
   command->add_option("--model", options->model, "Model file [the shipped one]")->type_name("FILE");
   command
       ->add_option("--output", options->output,
-                   "safetensors file to write: `embeddings` [images,128] float32, rows in the "
+                   "safetensors file to write: `embeddings` [images,128 or what the model makes] "
+                   "float32, rows in the "
                    "order of the images")
       ->required()
       ->type_name("FILE");

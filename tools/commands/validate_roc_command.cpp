@@ -17,7 +17,8 @@
 #include "report/validation_report.h"
 #include "sdmt/io/output_file.h"
 #include "sdmt/reid/model_file.h"
-#include "validation/crop_feature.h"
+#include "validation/contender.h"
+#include "validation/described_crops.h"
 #include "validation/validation.h"
 #include "validation/validation_crops.h"
 
@@ -41,27 +42,26 @@ struct ValidateRocCommand {
   void run() const;
 
  private:
-  std::vector<std::unique_ptr<CropFeature>> features(const fs::path& model_file,
-                                                     std::size_t count) const;
+  std::vector<Contender> contenders(const fs::path& model_file, std::size_t count) const;
 };
 
-std::vector<std::unique_ptr<CropFeature>> ValidateRocCommand::features(const fs::path& model_file,
-                                                                       std::size_t count) const {
-  std::vector<std::unique_ptr<CropFeature>> features;
-  features.push_back(embedding_feature(reid::load_model(model_file)));
-  if (!pair_classifier.empty()) features.push_back(pair_classifier_feature(pair_classifier));
-  if (!baselines) return features;
-  features.push_back(untrained_head_feature(reid::load_model(model_file), validation.seed));
-  auto trunk = trunk_feature(reid::load_model(model_file));
+std::vector<Contender> ValidateRocCommand::contenders(const fs::path& model_file,
+                                                      std::size_t count) const {
+  std::vector<Contender> contenders;
+  contenders.push_back(embedding_contender(reid::load_model(model_file)));
+  if (!pair_classifier.empty()) contenders.push_back(pair_classifier_contender(pair_classifier));
+  if (!baselines) return contenders;
+  contenders.push_back(untrained_head_contender(reid::load_model(model_file), validation.seed));
+  auto trunk = trunk_contender(reid::load_model(model_file));
   constexpr std::size_t kMostValues = 250'000'000;  // 1 GB
-  if (count * static_cast<std::size_t>(trunk->dimensions()) <= kMostValues) {
-    features.push_back(std::move(trunk));
+  if (count * static_cast<std::size_t>(trunk.descriptor->dimension()) <= kMostValues) {
+    contenders.push_back(std::move(trunk));
   } else {
     say(stdout, "the baseline of trunk features is left out: {} images would take more than 1 GB\n",
         count);
   }
-  features.push_back(color_histogram_feature());
-  return features;
+  contenders.push_back(color_histogram_contender());
+  return contenders;
 }
 
 void ValidateRocCommand::run() const {
@@ -71,7 +71,7 @@ void ValidateRocCommand::run() const {
                 {{"--plot", plot}, {"--report", report}, {"--json", json}});
   if (write_threshold) check_outputs({}, {{"--model", model_file}});
   const auto listed = list_validation_crops(crops);
-  const auto described_by = features(model_file, listed.size());
+  const auto described_by = contenders(model_file, listed.size());
   DescribedCrops described;
   {
     Progress progress("embedding", static_cast<std::int64_t>(listed.size()), "images");

@@ -11,6 +11,7 @@
 #include "cli/text_table.h"
 #include "sdmt/io/output_file.h"
 #include "sdmt/mot/sequence.h"
+#include "sdmt/track/pixel_rect.h"
 
 namespace sdmt::tools {
 
@@ -27,7 +28,8 @@ const cv::Scalar kFound(90, 170, 60), kMissed(0, 140, 255), kResult(230, 140, 40
 std::string id_text(int id) { return id < 0 ? "" : std::to_string(id); }
 
 cv::Rect2d rectangle(const mot::Tlwh& box) {
-  return {box.left - 1, box.top - 1, box.width, box.height};  // files count pixels from 1
+  const image::PixelRect rect = track::to_pixel_rect(box);
+  return {rect.left, rect.top, rect.width, rect.height};
 }
 
 void draw_box(cv::Mat& image, const mot::Tlwh& box, const cv::Scalar& color, int thickness) {
@@ -50,7 +52,8 @@ void draw_label(cv::Mat& image, cv::Point at, const std::string& text, const cv:
 
 cv::Point top_left(const mot::Tlwh& box) {
   const auto clamped = [](double v) { return static_cast<int>(std::clamp(v, -1e4, 1e5)); };
-  return {clamped(box.left - 1), clamped(box.top - 3)};
+  const image::PixelRect rect = track::to_pixel_rect(box);
+  return {clamped(rect.left), clamped(rect.top - 2)};
 }
 
 void draw_frame(cv::Mat& image, const SequenceEvaluation& sequence, int frame,

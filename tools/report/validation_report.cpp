@@ -37,18 +37,18 @@ SvgPlot roc_plot(const ValidationScores& scores, bool logarithmic) {
     const auto label = fmt::format("{}  AUC {:.3f}", name, roc.auc());
     plot.add_line(label, rates(roc), "", dashed);
   };
-  const FeatureScores& model = scores.features.front();
+  const ContenderScores& model = scores.contenders.front();
   add(model.name, model.person_only, false);
   add("paper mix", model.paper, true);
-  for (std::size_t f = 1; f < scores.features.size(); ++f) {
-    add(scores.features[f].name, scores.features[f].person_only, false);
+  for (std::size_t f = 1; f < scores.contenders.size(); ++f) {
+    add(scores.contenders[f].name, scores.contenders[f].person_only, false);
   }
   return plot;
 }
 
 SvgPlot histogram_plot(const ValidationScores& scores) {
   constexpr int kBins = 80;
-  const reid::Roc& roc = scores.features.front().person_only.pairs.roc;
+  const reid::Roc& roc = scores.contenders.front().person_only.pairs.roc;
   const auto histogram = reid::distance_histogram(roc, kBins);
   const double highest =
       std::max(*std::max_element(histogram.positives.begin(), histogram.positives.end()),
@@ -69,7 +69,7 @@ SvgPlot histogram_plot(const ValidationScores& scores) {
 
 // What every threshold would do, around the range where it matters.
 SvgPlot threshold_plot(const ValidationScores& scores) {
-  const reid::Roc& roc = scores.features.front().person_only.pairs.roc;
+  const reid::Roc& roc = scores.contenders.front().person_only.pairs.roc;
   std::vector<SvgPoint> right;
   std::vector<SvgPoint> wrong;
   std::vector<SvgPoint> accuracy;
@@ -94,7 +94,7 @@ SvgPlot threshold_plot(const ValidationScores& scores) {
 }
 
 void add_summary(HtmlReport& report, const ValidationScores& scores) {
-  const FeatureScores& model = scores.features.front();
+  const ContenderScores& model = scores.contenders.front();
   const ValidatedCurve& curve = model.person_only;
   const reid::Roc& roc = curve.pairs.roc;
   std::vector<HtmlNumber> numbers = {
@@ -124,7 +124,7 @@ std::vector<std::string> curve_cells(const std::string& name, const ValidatedCur
 }
 
 void add_tables(HtmlReport& report, const ValidationScores& scores) {
-  const FeatureScores& model = scores.features.front();
+  const ContenderScores& model = scores.contenders.front();
   report.add_heading("Telling pairs apart");
   HtmlTable curves{{"", "AUC [95 %]", "EER", "TPR at FPR 0.1", "0.01", "0.001"}, {}, "", {0}};
   curves.rows.push_back(curve_cells(model.name + ", person-only", model.person_only));
@@ -132,8 +132,8 @@ void add_tables(HtmlReport& report, const ValidationScores& scores) {
     curves.rows.push_back(curve_cells(model.name + ", across cameras", *model.cross_camera));
   }
   curves.rows.push_back(curve_cells(model.name + ", paper mix", model.paper));
-  for (std::size_t f = 1; f < scores.features.size(); ++f) {
-    curves.rows.push_back(curve_cells(scores.features[f].name, scores.features[f].person_only));
+  for (std::size_t f = 1; f < scores.contenders.size(); ++f) {
+    curves.rows.push_back(curve_cells(scores.contenders[f].name, scores.contenders[f].person_only));
   }
   curves.caption = fmt::format(
       "Person-only pairs: {}. Paper mix, as many of each kind: {} (seed {}). Intervals: bootstrap "
@@ -145,10 +145,10 @@ void add_tables(HtmlReport& report, const ValidationScores& scores) {
   if (model.search) {
     report.add_heading("Searching a gallery");
     HtmlTable search{{"", "rank-1", "rank-5", "rank-10", "mAP", "mAP (trapezoid)"}, {}, "", {0}};
-    for (const FeatureScores& feature : scores.features) {
-      if (!feature.search) continue;
-      const auto& s = *feature.search;
-      search.rows.push_back({feature.name, format_rate(s.rank1), format_rate(s.rank5),
+    for (const ContenderScores& contender : scores.contenders) {
+      if (!contender.search) continue;
+      const auto& s = *contender.search;
+      search.rows.push_back({contender.name, format_rate(s.rank1), format_rate(s.rank5),
                              format_rate(s.rank10), format_rate(s.map),
                              format_rate(s.map_trapezoid)});
     }
@@ -223,7 +223,7 @@ std::string validation_report(const ValidationScores& scores, const DescribedCro
   add_tables(report, scores);
 
   constexpr std::size_t kMistakes = 12;
-  const auto hardest = reid::hardest_pairs(described.features.front(), kMistakes);
+  const auto hardest = reid::hardest_pairs(described.rows.front(), kMistakes);
   report.add_heading("One person, taken for two");
   report.add_paragraph(
       "The pairs of one person that lie farthest apart, at most one a person. Wrong labels and "

@@ -44,23 +44,23 @@ reid::LabelledEmbeddings subset(const reid::LabelledEmbeddings& all,
   return part;
 }
 
-FeatureScores score_feature(const CropFeature& feature, const reid::LabelledEmbeddings& rows,
-                            const std::vector<ValidationCrop>& crops,
-                            const ValidationOptions& options) {
+ContenderScores score_contender(const Contender& contender, const reid::LabelledEmbeddings& rows,
+                                const std::vector<ValidationCrop>& crops,
+                                const ValidationOptions& options) {
   const auto curve = [&](reid::PairSet set) {
     reid::PairOptions pairs;
     pairs.set = set;
     pairs.pairs = options.pairs;
     pairs.seed = options.seed;
-    return validated(reid::pair_curve(rows, pairs, feature.distance()), options.seed);
+    return validated(reid::pair_curve(rows, pairs, contender.distance), options.seed);
   };
-  FeatureScores scores{
-      feature.name(), curve(reid::PairSet::person_only), {}, curve(reid::PairSet::paper), {}};
+  ContenderScores scores{
+      contender.name, curve(reid::PairSet::person_only), {}, curve(reid::PairSet::paper), {}};
   const auto across = reid::count_pairs(rows, reid::PairSet::cross_camera);
   if (across.positives > 0 && across.negatives > 0) {
     scores.cross_camera = curve(reid::PairSet::cross_camera);
   }
-  if (feature.distance()) return scores;
+  if (contender.distance) return scores;
   scores.search =
       reid::reid_metrics(subset(rows, crops, [](const auto& crop) { return crop.query; }),
                          subset(rows, crops, [](const auto& crop) { return crop.gallery; }));
@@ -97,7 +97,7 @@ nlohmann::ordered_json curve_json(const ValidatedCurve& curve) {
           {"distractors", curve.pairs.counts.distractors}};
 }
 
-nlohmann::ordered_json feature_json(const FeatureScores& scores) {
+nlohmann::ordered_json contender_json(const ContenderScores& scores) {
   nlohmann::ordered_json json;
   json["person_only"] = curve_json(scores.person_only);
   json["cross_camera"] = nullptr;
@@ -123,26 +123,26 @@ void add_curve_row(TextTable& table, const std::string& name, const ValidatedCur
 
 std::string curve_table(const ValidationScores& scores) {
   TextTable table({"", "AUC [95 %]", "EER", "TPR at FPR 0.1", "0.01", "0.001"});
-  const FeatureScores& model = scores.features.front();
+  const ContenderScores& model = scores.contenders.front();
   add_curve_row(table, "person-only", model.person_only);
   if (model.cross_camera) add_curve_row(table, "across cameras", *model.cross_camera);
   add_curve_row(table, "paper mix", model.paper);
-  if (scores.features.size() > 1) table.add_rule();
-  for (std::size_t f = 1; f < scores.features.size(); ++f) {
-    add_curve_row(table, scores.features[f].name, scores.features[f].person_only);
+  if (scores.contenders.size() > 1) table.add_rule();
+  for (std::size_t f = 1; f < scores.contenders.size(); ++f) {
+    add_curve_row(table, scores.contenders[f].name, scores.contenders[f].person_only);
   }
   return table.str();
 }
 
 std::string search_table(const ValidationScores& scores) {
-  if (!scores.features.front().search) {
+  if (!scores.contenders.front().search) {
     return "search: no image of a query's person by another camera\n";
   }
   TextTable table({"search", "rank-1", "rank-5", "rank-10", "mAP", "mAP (trapezoid)"});
-  for (const FeatureScores& feature : scores.features) {
-    const auto& s = feature.search;
+  for (const ContenderScores& contender : scores.contenders) {
+    const auto& s = contender.search;
     if (!s) continue;
-    table.add_row({feature.name, format_rate(s->rank1), format_rate(s->rank5),
+    table.add_row({contender.name, format_rate(s->rank1), format_rate(s->rank5),
                    format_rate(s->rank10), format_rate(s->map), format_rate(s->map_trapezoid)});
   }
   return table.str();
@@ -168,8 +168,7 @@ void ValidationOptions::validate() const {
   }
 }
 
-ValidationScores score(const DescribedCrops& described,
-                       std::span<const std::unique_ptr<CropFeature>> features,
+ValidationScores score(const DescribedCrops& described, std::span<const Contender> contenders,
                        const ValidationOptions& options, const std::string& data) {
   options.validate();
   ValidationScores scores;
@@ -189,11 +188,11 @@ ValidationScores score(const DescribedCrops& described,
   }
   scores.people = static_cast<int>(people.size());
   scores.cameras = static_cast<int>(cameras.size());
-  for (std::size_t f = 0; f < described.features.size(); ++f) {
-    scores.features.push_back(
-        score_feature(*features[f], described.features[f], described.crops, options));
+  for (std::size_t f = 0; f < described.rows.size(); ++f) {
+    scores.contenders.push_back(
+        score_contender(contenders[f], described.rows[f], described.crops, options));
   }
-  const reid::Roc& roc = scores.features.front().person_only.pairs.roc;
+  const reid::Roc& roc = scores.contenders.front().person_only.pairs.roc;
   scores.thresholds = threshold_choices(roc);
   if (options.criterion == "fpr") {
     scores.chosen = choice("fpr", roc.tau_a_at_fpr(options.target_fpr), roc);
@@ -244,7 +243,7 @@ std::string describe_images(const ValidationScores& scores) {
 }
 
 std::string to_text(const ValidationScores& scores) {
-  const FeatureScores& model = scores.features.front();
+  const ContenderScores& model = scores.contenders.front();
   std::string text = fmt::format("{}: {}\n", scores.data, describe_images(scores));
   if (scores.unreadable > 0) {
     text += fmt::format("left out, unreadable or too small: {}\n", scores.unreadable);
@@ -258,7 +257,7 @@ std::string to_text(const ValidationScores& scores) {
 }
 
 nlohmann::ordered_json to_json(const ValidationScores& scores) {
-  nlohmann::ordered_json json = feature_json(scores.features.front());
+  nlohmann::ordered_json json = contender_json(scores.contenders.front());
   json["tau_a"] = scores.chosen.tau_a;
   json["criterion"] = scores.chosen.criterion;
   nlohmann::ordered_json thresholds;
@@ -274,8 +273,8 @@ nlohmann::ordered_json to_json(const ValidationScores& scores) {
   json["unreadable"] = scores.unreadable;
   json["seed"] = scores.options.seed;
   nlohmann::ordered_json baselines = nlohmann::ordered_json::object();
-  for (std::size_t f = 1; f < scores.features.size(); ++f) {
-    baselines[scores.features[f].name] = feature_json(scores.features[f]);
+  for (std::size_t f = 1; f < scores.contenders.size(); ++f) {
+    baselines[scores.contenders[f].name] = contender_json(scores.contenders[f]);
   }
   json["baselines"] = baselines;
   return json;

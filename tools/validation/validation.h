@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
@@ -11,7 +10,7 @@
 
 #include "sdmt/reid/pair_curve.h"
 #include "sdmt/reid/reid_metrics.h"
-#include "validation/crop_feature.h"
+#include "validation/described_crops.h"
 
 namespace sdmt::tools {
 
@@ -33,13 +32,13 @@ struct ValidatedCurve {
   reid::AucInterval interval;  ///< 95 %
 };
 
-/// What one feature reaches.
-struct FeatureScores {
+/// What one contender reaches.
+struct ContenderScores {
   std::string name;
   ValidatedCurve person_only;
   std::optional<ValidatedCurve> cross_camera;  ///< where both kinds of pairs exist
   ValidatedCurve paper;
-  /// Of Euclidean features, where a query has anything to find.
+  /// Of Euclidean distances, where a query has anything to find.
   std::optional<reid::ReidMetrics> search;
 };
 
@@ -59,15 +58,14 @@ struct ValidationScores {
   int distractors = 0;  ///< images
   int unreadable = 0;   ///< images
   ValidationOptions options;
-  std::vector<FeatureScores> features;  ///< the model's first, then the baselines
+  std::vector<ContenderScores> contenders;  ///< the model's first, then the baselines
   std::vector<ThresholdChoice> thresholds;
   ThresholdChoice chosen;  ///< by options.criterion
 };
 
-/// Scores every feature of the crops; the thresholds are the first's. Throws as
+/// Scores every contender; the thresholds are the first's. Throws as
 /// reid::pair_curve().
-ValidationScores score(const DescribedCrops& described,
-                       std::span<const std::unique_ptr<CropFeature>> features,
+ValidationScores score(const DescribedCrops& described, std::span<const Contender> contenders,
                        const ValidationOptions& options, const std::string& data);
 
 std::string to_text(const ValidationScores& scores);

@@ -12,6 +12,7 @@
 #include "sdmt/mot/mot_file.h"
 #include "sdmt/mot/sequence.h"
 #include "sdmt/reid/market1501.h"
+#include "sdmt/track/pixel_rect.h"
 
 namespace sdmt::tools {
 
@@ -59,8 +60,7 @@ std::vector<ValidationCrop> list_sequence(const fs::path& folder, int frame_step
   std::vector<ValidationCrop> crops;
   for (const auto& row : mot::read_ground_truth(sequence.ground_truth())) {
     if ((row.frame - 1) % frame_step != 0 || row.category > 1) continue;
-    // The file counts pixels from 1.
-    const image::PixelRect rect{row.box.left - 1, row.box.top - 1, row.box.width, row.box.height};
+    const image::PixelRect rect = track::to_pixel_rect(row.box);
     const bool inside = std::round(rect.left) >= 0 && std::round(rect.top) >= 0 &&
                         std::round(rect.left + rect.width) <= width &&
                         std::round(rect.top + rect.height) <= height;

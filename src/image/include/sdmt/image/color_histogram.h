@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <span>
+#include <string>
 
+#include "sdmt/image/crop_descriptor.h"
 #include "sdmt/image/image_view.h"
 #include "sdmt/image/patch.h"
 
@@ -19,5 +22,15 @@ inline constexpr int kColorHistogramSize = 8 * (8 * 4 + 4);
 /// Returns false, with `out` untouched, when the box has no visible_region() or the image is empty.
 /// Throws std::invalid_argument when out.size() is not kColorHistogramSize.
 bool color_histogram(const ImageView& image, const PixelRect& rect, std::span<float> out);
+
+/// The same as a descriptor.
+class ColorHistogramDescriptor final : public CropDescriptor {
+ public:
+  std::string name() const override { return "colour histogram"; }
+  int dimension() const override { return kColorHistogramSize; }
+  /// 0.3: distances of histograms are larger than those of embeddings.
+  std::optional<double> tau_a() const override { return 0.3; }
+  void describe(std::span<const Crop> crops, DescriptorRows& out) override;
+};
 
 }  // namespace sdmt::image

@@ -7,10 +7,10 @@
 #include <span>
 #include <vector>
 
+#include "sdmt/image/crop_descriptor.h"
 #include "sdmt/image/image_view.h"
 #include "sdmt/mot/detection.h"
 #include "sdmt/track/appearance_gallery.h"
-#include "sdmt/track/appearance_model.h"
 #include "sdmt/track/association_decision.h"
 #include "sdmt/track/finished_frame.h"
 #include "sdmt/track/tracker_options.h"
@@ -55,7 +55,7 @@ class Tracker {
  public:
   /// Without an appearance model the tracker works by motion alone. The model must outlive it.
   /// Throws std::invalid_argument as TrackerOptions::validate().
-  explicit Tracker(const TrackerOptions& options = {}, AppearanceModel* appearance = nullptr);
+  explicit Tracker(const TrackerOptions& options = {}, image::CropDescriptor* descriptor = nullptr);
   ~Tracker();
   Tracker(Tracker&&) noexcept;
   Tracker& operator=(Tracker&&) noexcept;

@@ -99,9 +99,9 @@ struct BoostingOptions {
   /// dropped: of the detector's the one with the lower score, and the boosted before any of them.
   double nms = 0.5;
   /// The network looks once at the surroundings of a prediction, and the samples, moved to its grid
-  /// (see BoxShift), are read out of what it saw; those that leave the image are left out, and
-  /// `interval` counts searches, found or not. Off, as in the paper: every sample is a crop of its
-  /// own, clipped to the image, and `interval` counts boosted boxes.
+  /// (see image::GridShift), are read out of what it saw; those that leave the image are left out,
+  /// and `interval` counts searches, found or not. Off, as in the paper: every sample is a crop of
+  /// its own, clipped to the image, and `interval` counts boosted boxes.
   bool one_pass = true;
 };
 
