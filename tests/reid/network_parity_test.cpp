@@ -72,7 +72,7 @@ void expect_layer(const io::Safetensors& fixture, const std::string& name, const
   }
 }
 
-class NetworkParity : public EveryTarget {
+class NetworkParity : public nn::EveryTarget {
  protected:
   // The model passes through a file, so that loading is part of what is compared.
   static void SetUpTestSuite() {
@@ -83,7 +83,7 @@ class NetworkParity : public EveryTarget {
   static void TearDownTestSuite() { fs::remove(path_); }
 
   void SetUp() override {
-    EveryTarget::SetUp();
+    nn::EveryTarget::SetUp();
     model_ = load_model(path_);
     patches_.resize(model_.network.input_shape(kFormulaCrops));
     for (int i = 0; i < kFormulaCrops; ++i) {
@@ -197,7 +197,7 @@ TEST_P(NetworkParity, Embedder) {
   EXPECT_TRUE(alone.values.empty());
 }
 
-using TrunkParity = EveryTarget;
+using TrunkParity = nn::EveryTarget;
 SDMT_INSTANTIATE_EVERY_TARGET(TrunkParity);
 
 TEST_P(TrunkParity, RealVgg16Features) {
