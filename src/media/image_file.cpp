@@ -1,42 +1,58 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sdmt/media/image_file.h"
 
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <cstdio>
 #include <cstring>
-#include <fstream>
-#include <iterator>
+#include <exception>
+#include <memory>
+#include <new>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
+
+#include "image_truncation.h"
 
 namespace sdmt::media {
 
 namespace {
 
-// A JPEG cut short still decodes, with grey below the cut: its end marker is what tells.
-bool is_cut_jpeg(const std::vector<std::uint8_t>& bytes) {
-  if (bytes.size() < 4 || bytes[0] != 0xFF || bytes[1] != 0xD8) return false;
-  for (std::size_t i = bytes.size() - 1; i > 1; --i) {
-    if (bytes[i] == 0xD9 && bytes[i - 1] == 0xFF) return false;
+std::vector<std::uint8_t> read_bytes(const std::filesystem::path& path) {
+  const auto refuse = [&](const std::string& why) {
+    throw std::invalid_argument(path.string() + ": " + why);
+  };
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) {
+    refuse(errno == ENOENT ? "does not exist" : std::strerror(errno));
   }
-  return true;
+  // Opening a pipe would wait for its writer.
+  if (!S_ISREG(status.st_mode)) refuse("is not a regular file, expected an image");
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
+                                                             std::fclose);
+  if (file == nullptr) refuse(std::string("cannot be opened: ") + std::strerror(errno));
+  // A byte more than expected shows the end, also of a file that has grown meanwhile.
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(status.st_size) + 1);
+  bytes.resize(std::fread(bytes.data(), 1, bytes.size(), file.get()));
+  if (std::ferror(file.get()) != 0) {
+    throw std::runtime_error(path.string() + ": read failed: " + std::strerror(errno));
+  }
+  return bytes;
 }
 
-}  // namespace
-
-image::Image read_image(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw std::invalid_argument(path.string() + ": cannot be opened");
-  const std::vector<std::uint8_t> bytes((std::istreambuf_iterator<char>(file)),
-                                        std::istreambuf_iterator<char>());
+// Nothing for what OpenCV cannot decode.
+std::optional<image::Image> decode(std::span<const std::uint8_t> bytes) {
   cv::Mat decoded;
   try {
-    if (!bytes.empty() && !is_cut_jpeg(bytes)) decoded = cv::imdecode(bytes, cv::IMREAD_COLOR);
-  } catch (const cv::Exception&) {
-    decoded.release();  // reported below, as every other damage
+    const cv::Mat view(1, static_cast<int>(bytes.size()), CV_8UC1,
+                       const_cast<std::uint8_t*>(bytes.data()));
+    if (!bytes.empty()) decoded = cv::imdecode(view, cv::IMREAD_COLOR);
+  } catch (const cv::Exception& error) {
+    if (error.code == cv::Error::StsNoMem) throw std::bad_alloc();
+    return std::nullopt;
   }
-  if (decoded.empty()) {
-    throw std::invalid_argument(path.string() + ": not a readable JPEG or PNG image");
-  }
+  if (decoded.empty()) return std::nullopt;
   image::Image image(decoded.cols, decoded.rows);
   for (int y = 0; y < decoded.rows; ++y) {
     std::memcpy(image.pixel(0, y), decoded.ptr(y), static_cast<std::size_t>(decoded.cols) * 3);
@@ -44,18 +60,47 @@ image::Image read_image(const std::filesystem::path& path) {
   return image;
 }
 
+}  // namespace
+
+image::Image read_image(const std::filesystem::path& path) {
+  const auto bytes = read_bytes(path);
+  if (is_truncated_image(bytes)) {
+    throw std::invalid_argument(path.string() + ": not a readable image: it is cut short");
+  }
+  auto image = decode(bytes);
+  if (!image) throw std::invalid_argument(path.string() + ": not a readable image");
+  return std::move(*image);
+}
+
+image::Image decode_image(std::span<const std::uint8_t> bytes) {
+  auto image = decode(bytes);
+  if (!image) throw std::invalid_argument("not the bytes of an image");
+  return std::move(*image);
+}
+
+std::vector<std::uint8_t> encode_jpeg(const image::Image& image, int quality) {
+  const cv::Mat view(image.height, image.width, CV_8UC3,
+                     const_cast<std::uint8_t*>(image.bgr.data()));
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".jpg", view, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
+  return bytes;
+}
+
 std::vector<std::optional<image::Image>> read_images(std::span<const std::filesystem::path> paths) {
   std::vector<std::optional<image::Image>> images(paths.size());
-  const auto count = static_cast<std::ptrdiff_t>(paths.size());
+  std::exception_ptr failure;  // an exception must not leave the loop
 #pragma omp parallel for schedule(dynamic)
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const auto at = static_cast<std::size_t>(i);
+  for (std::size_t i = 0; i < paths.size(); ++i) {
     try {
-      images[at] = read_image(paths[at]);
+      images[i] = read_image(paths[i]);
     } catch (const std::invalid_argument&) {
-      images[at] = std::nullopt;
+    } catch (const std::runtime_error&) {  // left out, as every other that cannot be read
+    } catch (...) {
+#pragma omp critical(sdmt_read_images)
+      failure = std::current_exception();
     }
   }
+  if (failure) std::rethrow_exception(failure);
   return images;
 }
 

@@ -1,10 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sdmt/pipeline/frame_replay.h"
 
-#include <opencv2/imgcodecs.hpp>
-#include <stdexcept>
+#include <algorithm>
+
+#include "sdmt/media/image_file.h"
 
 namespace sdmt::pipeline {
+
+namespace {
+
+constexpr int kJpegQuality = 92;
+constexpr std::uint8_t kGrey = 96;
+
+}  // namespace
 
 FrameReplay::FrameReplay(const std::string& input, const FrameSource& source) {
   if (source.repeatable()) second_ = open_frame_source(input);
@@ -12,23 +20,28 @@ FrameReplay::FrameReplay(const std::string& input, const FrameSource& source) {
 
 void FrameReplay::add(const Frame& frame) {
   if (second_ != nullptr) return;
-  std::vector<std::uint8_t>& jpeg = kept_.emplace_back();
-  if (!frame.image.empty()) cv::imencode(".jpg", frame.image, jpeg, {cv::IMWRITE_JPEG_QUALITY, 92});
+  Kept& kept = kept_.emplace_back();
+  kept.number = frame.number;
+  if (frame.has_image()) kept.jpeg = media::encode_jpeg(frame.image, kJpegQuality);
 }
 
-cv::Mat FrameReplay::next() {
-  cv::Mat image;
+Frame FrameReplay::next() {
+  Frame frame;
   if (second_ != nullptr) {
-    Frame frame;
     second_->next(frame, true);
-    image = frame.image;
   } else if (!kept_.empty()) {
-    if (!kept_.front().empty()) image = cv::imdecode(kept_.front(), cv::IMREAD_COLOR);
+    frame.number = kept_.front().number;
+    if (!kept_.front().jpeg.empty()) frame.image = media::decode_image(kept_.front().jpeg);
     kept_.pop_front();
   }
-  if (image.empty()) return {size_, CV_8UC3, cv::Scalar::all(96)};
-  size_ = image.size();
-  return image;
+  if (frame.has_image()) {
+    width_ = frame.image.width;
+    height_ = frame.image.height;
+  } else {
+    frame.image = image::Image(width_, height_);
+    std::fill(frame.image.bgr.begin(), frame.image.bgr.end(), kGrey);
+  }
+  return frame;
 }
 
 }  // namespace sdmt::pipeline

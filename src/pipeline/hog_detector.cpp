@@ -7,8 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <opencv2/objdetect.hpp>
 #include <stdexcept>
 #include <tuple>
+
+#include "mat_view.h"
 
 namespace sdmt::pipeline {
 
@@ -30,13 +33,16 @@ constexpr double kMarginWeight = 0.95;
 constexpr double kCountWeight = 2.55;
 constexpr double kBias = -3.07;
 
-// OpenCV spreads the scales over its own threads, which main() has switched off for the rest.
+// OpenCV spreads the scales over its own threads; for the rest it keeps what it had.
 class OpenCvThreads {
  public:
-  explicit OpenCvThreads(int threads) { cv::setNumThreads(threads); }
-  ~OpenCvThreads() { cv::setNumThreads(1); }
+  explicit OpenCvThreads(int threads) : before_(cv::getNumThreads()) { cv::setNumThreads(threads); }
+  ~OpenCvThreads() { cv::setNumThreads(before_); }
   OpenCvThreads(const OpenCvThreads&) = delete;
   OpenCvThreads& operator=(const OpenCvThreads&) = delete;
+
+ private:
+  int before_;
 };
 
 struct Response {
@@ -105,28 +111,36 @@ void HogOptions::validate() const {
   }
 }
 
-HogDetector::HogDetector(const HogOptions& options) : options_(options) {
+struct HogDetector::Descriptor {
+  cv::HOGDescriptor hog;
+};
+
+HogDetector::HogDetector(const HogOptions& options)
+    : options_(options), descriptor_(std::make_unique<Descriptor>()) {
   options_.validate();
-  descriptor_.setSVMDetector(cv::HOGDescriptor::getDefaultPeopleDetector());
+  descriptor_->hog.setSVMDetector(cv::HOGDescriptor::getDefaultPeopleDetector());
 }
 
+HogDetector::~HogDetector() = default;
+
 std::vector<mot::Detection> HogDetector::detect(const Frame& frame) {
-  if (frame.image.empty()) return {};
+  if (!frame.has_image()) return {};
+  const cv::HOGDescriptor& hog = descriptor_->hog;
   const double zoom = kPersonHeight / options_.min_person_height;
   cv::Mat image;
-  const cv::Size size(static_cast<int>(std::lround(frame.image.cols * zoom)),
-                      static_cast<int>(std::lround(frame.image.rows * zoom)));
-  if (size.width < descriptor_.winSize.width || size.height < descriptor_.winSize.height) {
+  const cv::Size size(static_cast<int>(std::lround(frame.image.width * zoom)),
+                      static_cast<int>(std::lround(frame.image.height * zoom)));
+  if (size.width < hog.winSize.width || size.height < hog.winSize.height) {
     return {};  // no window fits
   }
-  cv::resize(frame.image, image, size, 0, 0, cv::INTER_LINEAR);
+  cv::resize(mat_view(frame.image), image, size, 0, 0, cv::INTER_LINEAR);
 
   std::vector<cv::Rect> windows;
   std::vector<double> margins;
   {
     const OpenCvThreads threads(omp_get_max_threads());
-    descriptor_.detectMultiScale(image, windows, margins, kLeastMargin, cv::Size(8, 8),
-                                 cv::Size(16, 16), kScaleStep, 0);
+    hog.detectMultiScale(image, windows, margins, kLeastMargin, cv::Size(8, 8), cv::Size(16, 16),
+                         kScaleStep, 0);
   }
   Responses responses;
   for (std::size_t i = 0; i < windows.size(); ++i) {

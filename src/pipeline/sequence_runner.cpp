@@ -29,11 +29,6 @@ double RunReport::hz_without_embedding() const {
   return rate(stats.frames, tracker_seconds() - stats.embed_seconds);
 }
 
-image::ImageView image_view(const cv::Mat& image) {
-  return {image.data, image.cols, image.rows, static_cast<std::ptrdiff_t>(image.step),
-          image::ChannelOrder::bgr};
-}
-
 RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::Tracker& tracker,
                        bool images, const RunObservers& observers) {
   const auto start = std::chrono::steady_clock::now();
@@ -45,27 +40,24 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
     if (observers.warning) observers.warning(text);
   };
 
+  UnreadableFrames own(observers.warning);
+  UnreadableFrames& unreadable = observers.unreadable != nullptr ? *observers.unreadable : own;
+  const bool decode = images || detections.needs_images();
+
   RunReport report;
   Frame frame;
-  std::string first_problem;
   bool stopped = false;
-  while (!(stopped = observers.stop && observers.stop()) && frames.next(frame, images)) {
-    if (!frame.problem.empty()) {
-      if (report.unreadable++ == 0) first_problem = frame.problem;
-      warn(frame.problem + "; the frame is tracked by motion alone");
-    }
+  while (!(stopped = observers.stop && observers.stop()) && frames.next(frame, decode)) {
+    unreadable.add(frame, "the frame is tracked by motion alone");
     if (observers.read) observers.read(frame);
-    const image::ImageView view = image_view(frame.image);
-    deliver(tracker.update(detections.detect(frame), frame.image.empty() ? nullptr : &view));
+    const image::ImageView view = frame.image.view();
+    deliver(tracker.update(detections.detect(frame), frame.has_image() ? &view : nullptr));
   }
   const int read = frame.number;
-  if (report.unreadable > 0 && report.unreadable == read) {
-    throw std::invalid_argument(
-        fmt::format("none of the {} frames could be read: {}", read, first_problem));
-  }
   // Some containers only estimate their length: a frame or two, or one in a hundred, say nothing.
   const int missing = frames.frame_count() - read;
-  if (!stopped && missing > std::max(2, frames.frame_count() / 100)) {
+  report.ended_early = !stopped && missing > std::max(2, frames.frame_count() / 100);
+  if (report.ended_early) {
     warn(fmt::format("the input ends after {} of its {} frames; it is damaged or incomplete", read,
                      frames.frame_count()));
   }
@@ -74,6 +66,11 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
                      detections.last_frame(), read));
   }
   deliver(tracker.finish());
+  report.unreadable = unreadable.count();
+  if (report.unreadable > 0 && report.unreadable == read) {
+    throw std::invalid_argument(
+        fmt::format("none of the {} frames could be read: {}", read, unreadable.first_problem()));
+  }
   report.stats = tracker.stats();
   report.total_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

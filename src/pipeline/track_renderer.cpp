@@ -9,6 +9,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "mat_view.h"
 #include "sdmt/track/pixel_rect.h"
 
 namespace sdmt::pipeline {
@@ -25,6 +26,7 @@ int pixel(double value) {
 }
 
 cv::Point point(const cv::Point2d& p) { return {pixel(p.x), pixel(p.y)}; }
+cv::Point point(const std::array<double, 2>& p) { return {pixel(p[0]), pixel(p[1])}; }
 
 void dashed_line(cv::Mat& image, cv::Point2d a, cv::Point2d b, const cv::Scalar& colour,
                  double dash, double gap) {
@@ -38,6 +40,20 @@ void dashed_line(cv::Mat& image, cv::Point2d a, cv::Point2d b, const cv::Scalar&
     cv::line(image, point(clipped_a + at * step), point(clipped_a + end * step), colour, 2,
              cv::LINE_AA);
   }
+}
+
+// Hues a golden ratio of the circle apart, so that neighbouring ids differ most.
+cv::Scalar track_colour(int id) {
+  constexpr double kGoldenRatio = 0.61803398874989485;
+  double whole = 0;
+  const double hue = 6 * std::modf(id * kGoldenRatio, &whole);
+  const double value = id % 2 == 0 ? 255 : 225;
+  const double saturation = id % 3 == 0 ? 0.62 : 0.85;
+  const auto channel = [&](double offset) {
+    double k = std::fmod(offset + hue, 6.0);
+    return value * (1 - saturation * std::clamp(std::min(k, 4 - k), 0.0, 1.0));
+  };
+  return {channel(1), channel(3), channel(5)};
 }
 
 void draw_box(cv::Mat& image, const track::TrackedBox& tracked, const cv::Scalar& colour) {
@@ -74,7 +90,8 @@ void draw_label(cv::Mat& image, const track::TrackedBox& tracked, const cv::Scal
               1, cv::LINE_AA);
 }
 
-void draw_trail(cv::Mat& image, const std::deque<cv::Point2d>& feet, const cv::Scalar& colour) {
+void draw_trail(cv::Mat& image, const std::deque<std::array<double, 2>>& feet,
+                const cv::Scalar& colour) {
   for (std::size_t i = 1; i < feet.size(); ++i) {
     // Older pieces are thinner.
     const int thickness = i + 20 > feet.size() ? 2 : 1;
@@ -83,19 +100,6 @@ void draw_trail(cv::Mat& image, const std::deque<cv::Point2d>& feet, const cv::S
 }
 
 }  // namespace
-
-cv::Scalar track_colour(int id) {
-  constexpr double kGoldenRatio = 0.61803398874989485;
-  double whole = 0;
-  const double hue = 6 * std::modf(id * kGoldenRatio, &whole);
-  const double value = id % 2 == 0 ? 255 : 225;
-  const double saturation = id % 3 == 0 ? 0.62 : 0.85;
-  const auto channel = [&](double offset) {
-    double k = std::fmod(offset + hue, 6.0);
-    return value * (1 - saturation * std::clamp(std::min(k, 4 - k), 0.0, 1.0));
-  };
-  return {channel(1), channel(3), channel(5)};
-}
 
 void TrackRenderer::remember(const track::FinishedFrame& frame) {
   for (const track::IdMerge& merge : frame.merges) {
@@ -109,15 +113,16 @@ void TrackRenderer::remember(const track::FinishedFrame& frame) {
     // A trail that paused would draw a line across the picture.
     if (trail.last_frame + 1 < frame.frame) trail.feet.clear();
     const image::PixelRect rect = track::to_pixel_rect(tracked.box);
-    trail.feet.emplace_back(rect.left + rect.width / 2, rect.top + rect.height);
+    trail.feet.push_back({rect.left + rect.width / 2, rect.top + rect.height});
     if (trail.feet.size() > kTrailFrames) trail.feet.pop_front();
     trail.last_frame = frame.frame;
   }
   std::erase_if(trails_, [&](const auto& entry) { return entry.second.last_frame < frame.frame; });
 }
 
-void TrackRenderer::draw(const track::FinishedFrame& frame, cv::Mat& image) {
+void TrackRenderer::draw(const track::FinishedFrame& frame, image::Image& pixels) {
   remember(frame);
+  cv::Mat image = mat_view(pixels);
   for (const auto& [id, trail] : trails_) draw_trail(image, trail.feet, track_colour(id));
   for (const auto& tracked : frame.boxes) draw_box(image, tracked, track_colour(tracked.id));
   for (const auto& tracked : frame.boxes) draw_label(image, tracked, track_colour(tracked.id));

@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
 #include "cli/text_table.h"
 #include "sdmt/io/output_file.h"
+#include "sdmt/media/image_file.h"
 #include "sdmt/mot/sequence.h"
 #include "sdmt/track/pixel_rect.h"
 
@@ -100,11 +100,11 @@ int draw_sequence(const SequenceEvents& each, const fs::path& folder) {
     std::size_t end = begin;
     while (end < each.events.size() && each.events[end].first_frame == frame) ++end;
     const auto file = images.image(frame);
-    cv::Mat image = cv::imread(file.string());
-    if (image.empty()) throw std::runtime_error(file.string() + ": cannot be read as an image");
+    image::Image pixels = media::read_image(file);
+    cv::Mat image(pixels.height, pixels.width, CV_8UC3, pixels.bgr.data());
     draw_frame(image, sequence, frame, std::span(each.events).subspan(begin, end - begin));
-    std::vector<unsigned char> jpeg;
-    cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, 92});
+    constexpr int kJpegQuality = 92;
+    const auto jpeg = media::encode_jpeg(pixels, kJpegQuality);
     io::OutputFile out(target / fmt::format("{:06}.jpg", frame));
     out.write(jpeg.data(), jpeg.size());
     out.commit();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -11,13 +12,20 @@
 
 namespace sdmt::media {
 
-/// Decodes a JPEG or PNG file (grey and alpha are converted). Throws std::invalid_argument naming
-/// the file when it is missing, not an image, or damaged.
+/// Decodes an image file of any kind that OpenCV reads (JPEG, PNG, BMP, PPM, TIFF, WebP; grey and
+/// alpha are converted), turned upright by its EXIF orientation. Throws std::invalid_argument
+/// naming the file when it is missing, no regular file, not an image, or cut short;
+/// std::runtime_error when the medium fails while it is read.
 image::Image read_image(const std::filesystem::path& path);
 
 /// The images of `paths` in the same order, decoded by all threads; nullopt where read_image()
-/// throws.
+/// throws one of its two errors. Any other exception (std::bad_alloc) comes through.
 std::vector<std::optional<image::Image>> read_images(std::span<const std::filesystem::path> paths);
+
+/// The bytes of a JPEG file; `quality` 1..100.
+std::vector<std::uint8_t> encode_jpeg(const image::Image& image, int quality);
+/// The reverse of encode_jpeg(). Throws std::invalid_argument when the bytes are no image.
+image::Image decode_image(std::span<const std::uint8_t> bytes);
 
 /// Counts images that could not be read and refuses to go on when there are too many.
 class UnreadableImages {

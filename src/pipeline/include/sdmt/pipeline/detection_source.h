@@ -1,12 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "sdmt/mot/detection.h"
 #include "sdmt/pipeline/frame_source.h"
+#include "sdmt/pipeline/hog_options.h"
+#include "sdmt/track/tracker_options.h"
 
 namespace sdmt::pipeline {
+
+/// The smallest and the largest score.
+struct ScoreRange {
+  double low = 0;
+  double high = 0;
+};
 
 /// Where the boxes of a frame come from.
 class DetectionSource {
@@ -17,6 +29,27 @@ class DetectionSource {
   virtual std::vector<mot::Detection> detect(const Frame& frame) = 0;
   /// The last frame there may be detections for; 0 when not limited.
   virtual int last_frame() const { return 0; }
+  /// Whether it looks at the frames.
+  virtual bool needs_images() const { return false; }
+  /// The file that the boxes come from; empty for a detector.
+  virtual std::filesystem::path file() const { return {}; }
+  /// The scores that it will give; nullopt when they are probabilities, or there are none.
+  virtual std::optional<ScoreRange> score_range() const { return std::nullopt; }
 };
+
+/// `spec` is "hog" (HogDetector) or the name of a detection file (mot::DetectionFile). Throws
+/// std::invalid_argument as these.
+std::unique_ptr<DetectionSource> open_detection_source(const std::string& spec,
+                                                       const HogOptions& hog = {});
+
+/// What open_detection_source() takes where nobody said otherwise: the det/det.txt of a MOT
+/// sequence that has one, else "hog".
+std::string default_detections(const std::string& input);
+
+/// Changes the options of the tracker that do not fit the scores: equal scores say nothing, and a
+/// detector's probabilities need no calibration. Returns what was changed, and what else is odd
+/// about the scores, in one line each.
+std::vector<std::string> fit_to_scores(track::TrackerOptions& options,
+                                       const DetectionSource& detections);
 
 }  // namespace sdmt::pipeline

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
+#include <optional>
 #include <utility>
 
 #include "sdmt/mot/mot_file.h"
@@ -11,16 +13,21 @@ namespace sdmt::pipeline {
 /// Detections that somebody else made.
 class FileDetections : public DetectionSource {
  public:
-  explicit FileDetections(mot::DetectionFile file) : file_(std::move(file)) {}
+  /// `path`: where they were read; empty when they never were a file.
+  explicit FileDetections(mot::DetectionFile file, std::filesystem::path path = {})
+      : file_(std::move(file)), path_(std::move(path)) {}
 
   std::vector<mot::Detection> detect(const Frame& frame) override {
     const auto boxes = file_.frame(frame.number);
     return {boxes.begin(), boxes.end()};
   }
   int last_frame() const override { return file_.last_frame(); }
+  std::filesystem::path file() const override { return path_; }
+  std::optional<ScoreRange> score_range() const override;
 
  private:
   mot::DetectionFile file_;
+  std::filesystem::path path_;
 };
 
 }  // namespace sdmt::pipeline

@@ -18,16 +18,24 @@ class FrameReplay {
   /// `input` as for open_frame_source(); `source` is the one that is being tracked.
   FrameReplay(const std::string& input, const FrameSource& source);
 
+  /// Whether add() has to see the images.
+  bool keeps_images() const { return second_ == nullptr; }
   /// To be called with every frame that is read.
   void add(const Frame& frame);
-  /// The image of the next frame, grey where it cannot be read. To be called once a frame, in
-  /// order.
-  cv::Mat next();
+  /// The next frame, grey where it cannot be read; then `problem` says why. To be called once a
+  /// frame, in order.
+  Frame next();
 
  private:
-  std::unique_ptr<FrameSource> second_;         // null for live input
-  std::deque<std::vector<std::uint8_t>> kept_;  // JPEG; empty for a frame without an image
-  cv::Size size_{640, 480};                     // of the last image
+  struct Kept {
+    int number;
+    std::vector<std::uint8_t> jpeg;  // empty for a frame without an image
+  };
+
+  std::unique_ptr<FrameSource> second_;  // null for live input
+  std::deque<Kept> kept_;
+  int width_ = 640;  // of the last image
+  int height_ = 480;
 };
 
 }  // namespace sdmt::pipeline

@@ -2,18 +2,22 @@
 #pragma once
 
 #include <memory>
-#include <opencv2/core.hpp>
 #include <string>
+#include <vector>
+
+#include "sdmt/image/image.h"
 
 namespace sdmt::pipeline {
 
-/// One frame of the input. An empty image means: this frame exists but cannot be read (a damaged
-/// file), or the sequence comes without frames.
+/// One frame of the input. Without an image: this frame exists but cannot be read (a damaged file),
+/// or the sequence comes without images.
 struct Frame {
   int number = 0;       ///< 1-based
-  cv::Mat image;        ///< 8-bit BGR
-  std::string problem;  ///< why the image is empty, naming file or frame; empty when it just is not
+  image::Image image;   ///< upright, as a player shows it
+  std::string problem;  ///< why there is no image, naming file or frame; empty when it just is not
                         ///< there to be read
+
+  bool has_image() const { return !image.bgr.empty(); }
 };
 
 /// What every input offers: its frames, one after the other.
@@ -26,20 +30,31 @@ class FrameSource {
   virtual bool next(Frame& frame, bool decode) = 0;
   /// Frames from the beginning; 0 when not known (a camera, some videos).
   virtual int frame_count() const = 0;
-  /// Frames per second; 0 when not known.
+  /// Frames per second, 0.1 to 5000; 0 when not known.
   virtual double frame_rate() const = 0;
   /// Whether frames come with images at all; false for a MOT sequence without its img1.
   virtual bool has_images() const { return true; }
-  /// Whether it has no end of its own, as a camera: when frames stop coming, it was lost.
+  /// Whether it has no end of its own, as a camera or a stream without a length: when frames stop
+  /// coming, it was lost.
   virtual bool endless() const { return false; }
   /// Whether the input can be opened again to see the same frames.
   virtual bool repeatable() const { return true; }
+  /// What whoever gave the input should know: how images are numbered when it is not from 1, what
+  /// of a folder is passed over and why. One line each.
+  virtual std::vector<std::string> notes() const { return {}; }
+  /// Where frame numbers do not follow from the names of the images: how the two go together. To be
+  /// said when boxes come with frame numbers. Empty otherwise.
+  virtual std::string numbering() const { return {}; }
 };
 
 /// `input` is a MOTChallenge sequence folder (with seqinfo.ini), a folder of images (in natural
 /// order: 2.jpg before 10.jpg), a video file, "camera:N", or a stream's URL (rtsp://, http://,
-/// ...). Throws std::invalid_argument when there is no such input or it holds no frames,
+/// ...). Videos are decoded by FFmpeg; opening or waiting for a frame takes 10 seconds at most.
+/// Throws std::invalid_argument when there is no such input, it holds no frames or is no video,
 /// std::runtime_error when a camera or stream does not answer.
 std::unique_ptr<FrameSource> open_frame_source(const std::string& input);
+
+/// An input as messages name it: the user, password and query of a URL are replaced by "***".
+std::string display_name(const std::string& input);
 
 }  // namespace sdmt::pipeline

@@ -1,25 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <opencv2/objdetect.hpp>
+#include <memory>
 #include <vector>
 
 #include "sdmt/pipeline/detection_source.h"
+#include "sdmt/pipeline/hog_options.h"
 
 namespace sdmt::pipeline {
 
-struct HogOptions {
-  /// The smallest person looked for, pixels of height, 24..1000. The frame is resized so that such
-  /// a person fills the detector's window; halving this quadruples the time.
-  int min_person_height = 64;
-
-  void validate() const;
-};
-
 /// OpenCV's people detector (Dalal & Triggs, CVPR 2005: histograms of oriented gradients and a
 /// linear SVM), there so that any video can be tracked without another file. It finds upright,
-/// mostly unoccluded people from the front or behind; it misses sitting, bent or half hidden ones
-/// and likes poles and door frames. Anything serious should bring its own detections.
+/// mostly unoccluded people from the front or behind; it misses people who sit, bend or are half
+/// hidden, and takes poles and door frames for people. Anything serious should bring its own
+/// detections.
 ///
 /// Around a person many windows respond, around most other things only few. So windows with a
 /// margin above -0.6 are taken: the strongest (margin m > 0) gathers those that overlap it by
@@ -34,14 +28,19 @@ struct HogOptions {
 /// PETS09-S2L1; what the other half says is in docs/tracking.md.
 class HogDetector : public DetectionSource {
  public:
+  /// Throws as HogOptions::validate().
   explicit HogDetector(const HogOptions& options = {});
+  ~HogDetector() override;
 
   /// A frame without an image has no detections.
   std::vector<mot::Detection> detect(const Frame& frame) override;
+  bool needs_images() const override { return true; }
 
  private:
+  struct Descriptor;
+
   HogOptions options_;
-  cv::HOGDescriptor descriptor_;
+  std::unique_ptr<Descriptor> descriptor_;
 };
 
 }  // namespace sdmt::pipeline

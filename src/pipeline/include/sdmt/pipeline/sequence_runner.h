@@ -6,6 +6,7 @@
 
 #include "sdmt/pipeline/detection_source.h"
 #include "sdmt/pipeline/frame_source.h"
+#include "sdmt/pipeline/unreadable_frames.h"
 #include "sdmt/track/tracker.h"
 
 namespace sdmt::pipeline {
@@ -14,7 +15,8 @@ namespace sdmt::pipeline {
 /// drawing.
 struct RunReport {
   track::TrackerStats stats;
-  int unreadable = 0;        ///< frames without an image where there should have been one
+  int unreadable = 0;        ///< frames without an image where one was wanted
+  bool ended_early = false;  ///< the input ended by itself, clearly before the frames it announced
   double total_seconds = 0;  ///< of wall time, everything included
 
   /// Seconds inside the tracker.
@@ -29,16 +31,15 @@ struct RunObservers {
   std::function<void(const track::FinishedFrame&)> finished;  ///< in order
   std::function<void(const std::string&)> warning;            ///< one line of text
   std::function<bool()> stop;                                 ///< true: end as at the last frame
+  UnreadableFrames* unreadable = nullptr;  ///< counts them with others; then it warns of them
 };
 
 /// Tracks an input from its first to its last frame.
-/// `images`: whether the tracker or the detector look at frames; without, nothing is decoded.
-/// Frames that cannot be read are tracked by motion on the detections they have, and counted.
-/// Throws std::invalid_argument when not one of the frames could be read, and what the parts throw.
+/// `images`: whether the tracker or an observer look at frames; where the detector does not either,
+/// nothing is decoded. Frames that cannot be read are tracked by motion on the detections they
+/// have, and counted. Throws std::invalid_argument when not one of the frames could be read, and
+/// what the parts throw.
 RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::Tracker& tracker,
                        bool images, const RunObservers& observers);
-
-/// An 8-bit BGR matrix as nn and track take images; it does not own the pixels.
-image::ImageView image_view(const cv::Mat& image);
 
 }  // namespace sdmt::pipeline

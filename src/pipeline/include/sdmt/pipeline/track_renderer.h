@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <deque>
 #include <map>
-#include <opencv2/core.hpp>
 
+#include "sdmt/image/image.h"
 #include "sdmt/track/finished_frame.h"
 
 namespace sdmt::pipeline {
@@ -15,20 +16,16 @@ namespace sdmt::pipeline {
 class TrackRenderer {
  public:
   /// Draws into `image`, the frame itself. To be called for every frame in order.
-  void draw(const track::FinishedFrame& frame, cv::Mat& image);
+  void draw(const track::FinishedFrame& frame, image::Image& image);
 
  private:
   struct Trail {
-    std::deque<cv::Point2d> feet;
+    std::deque<std::array<double, 2>> feet;  // x and y, the oldest first
     int last_frame = 0;
   };
   void remember(const track::FinishedFrame& frame);
 
   std::map<int, Trail> trails_;  // by id
 };
-
-/// The colour (BGR) that an id is drawn in everywhere: hues a golden ratio of the circle apart, so
-/// that neighbouring ids differ most.
-cv::Scalar track_colour(int id);
 
 }  // namespace sdmt::pipeline
