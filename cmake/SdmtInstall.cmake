@@ -1,5 +1,6 @@
-# find_package(sdmt COMPONENTS nn track train eval): one targets file per component, so that a
-# consumer of nn and track needs neither OpenCV nor anything else that only train uses.
+# find_package(sdmt COMPONENTS track eval ...): one targets file per component, so that a consumer
+# of eval needs no other package, and one of track neither OpenCV nor anything else that only train
+# and pipeline use.
 include(CMakePackageConfigHelpers)
 get_property(SDMT_INSTALLED_MODULES GLOBAL PROPERTY SDMT_MODULES)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/sdmt-config.cmake.in

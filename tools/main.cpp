@@ -121,6 +121,7 @@ int finish(const std::function<int(const std::string&, int)>& report) {
 
 int run(int argc, char** argv) {
   open_standard_streams();
+  const QuietLibraries quiet;
   // Writing to a closed pipe or beyond the largest file allowed fails with a message, and takes
   // what is half written along.
   std::signal(SIGPIPE, SIG_IGN);
@@ -174,7 +175,7 @@ int main(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (...) {  // even the message could not be made
-    std::fputs("sdmt: out of memory\n", stderr);
+    write_console(stderr, "sdmt: out of memory\n");
     return kFailure;
   }
 }

@@ -5,16 +5,31 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdlib>
+#include <exception>
 
 namespace sdmt::tools {
 
 namespace {
 
-int output_error = 0;  // of standard output, the first
+int output_error = 0;           // of standard output, the first
+std::FILE* messages = nullptr;  // standard error, once libraries are silenced
+bool working = false;
+
+[[noreturn]] void terminated() {
+  write_console(stderr, "sdmt: ended by an unexpected error\n");
+  std::abort();
+}
+
+// exit() in the middle of the work is not ours: libgomp calls it when it gets no threads.
+void exited() {
+  if (working) write_console(stderr, "sdmt: ended by a library (out of threads or memory?)\n");
+}
 
 }  // namespace
 
 void write_console(std::FILE* stream, std::string_view text) {
+  if (stream == stderr && messages != nullptr) stream = messages;
   if (std::fwrite(text.data(), 1, text.size(), stream) == text.size()) return;
   if (stream == stdout && output_error == 0) output_error = errno;
 }
@@ -31,6 +46,34 @@ void open_standard_streams() {
     // For reading only: what is written there fails as it would have, instead of vanishing.
     ::open("/dev/null", O_RDONLY);  // takes the lowest number that is free
   }
+}
+
+QuietLibraries::QuietLibraries() {
+#ifndef SDMT_SANITIZED  // whose reports come by standard error, too
+  constexpr int kBehindStandardStreams = STDERR_FILENO + 1;
+  const int kept = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, kBehindStandardStreams);
+  if (kept < 0) return;
+  const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  std::FILE* stream = nowhere < 0 ? nullptr : ::fdopen(kept, "w");
+  if (stream == nullptr) {
+    ::close(kept);
+    if (nowhere >= 0) ::close(nowhere);
+    return;
+  }
+  std::setvbuf(stream, nullptr, _IONBF, 0);
+  messages = stream;
+  ::dup2(nowhere, STDERR_FILENO);
+  ::close(nowhere);
+  working = true;
+  std::set_terminate(terminated);
+  std::atexit(exited);
+#endif
+}
+
+QuietLibraries::~QuietLibraries() { working = false; }
+
+bool is_terminal() {
+  return ::isatty(messages != nullptr ? ::fileno(messages) : STDERR_FILENO) != 0;
 }
 
 }  // namespace sdmt::tools

@@ -31,4 +31,19 @@ int flush_standard_output();
 /// that is opened would get the number, and with it the messages meant for the terminal.
 void open_standard_streams();
 
+/// While it lives, standard error is for the messages of this program: what libraries under it
+/// print there by themselves (decoders of images and videos do) goes to /dev/null, while say() and
+/// write_console() still reach it. Should a library end the program meanwhile, that is said. Made
+/// once, before any thread.
+class QuietLibraries {
+ public:
+  QuietLibraries();
+  ~QuietLibraries();
+  QuietLibraries(const QuietLibraries&) = delete;
+  QuietLibraries& operator=(const QuietLibraries&) = delete;
+};
+
+/// Whether messages are shown by a terminal.
+bool is_terminal();
+
 }  // namespace sdmt::tools

@@ -2,7 +2,6 @@
 #include "cli/progress.h"
 
 #include <fmt/core.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -31,12 +30,12 @@ Progress::Progress(std::string label, std::int64_t total, std::string unit)
     : label_(std::move(label)),
       unit_(std::move(unit)),
       total_(total),
-      terminal_(isatty(STDERR_FILENO) != 0),
+      terminal_(is_terminal()),
       start_(Clock::now()),
       shown_(start_) {}
 
 Progress::~Progress() {
-  if (terminal_ && width_ > 0) std::fputc('\n', stderr);
+  if (terminal_ && width_ > 0) write_console(stderr, "\n");
 }
 
 void Progress::update(std::int64_t done, std::string_view note) {

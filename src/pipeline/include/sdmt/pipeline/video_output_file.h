@@ -5,18 +5,16 @@
 #include <memory>
 
 #include "sdmt/image/image.h"
+#include "sdmt/io/temporary_file.h"
 
 namespace sdmt::pipeline {
 
-/// A video being written; it appears under its name whole or not at all. H.264 where OpenCV can
-/// encode it, else MPEG-4 part 2 (.mp4, .mkv, .mov) or Motion JPEG (.avi). Until commit() it is in
-/// a hidden folder beside `path` that belongs to this writer alone; what a killed program left
-/// there is taken over. A path that is a link stays one: the file that it names is written.
+/// A video being written to an io::TemporaryFile; it appears under its name whole or not at all.
+/// H.264 where OpenCV can encode it, else MPEG-4 part 2 (.mp4, .mkv, .mov) or Motion JPEG (.avi).
 class VideoOutputFile {
  public:
-  /// Throws std::invalid_argument when the folder does not exist, `path` is there and not a regular
-  /// file, the extension (in upper or lower case) is unknown, or the rate is not within 0.1 to 5000
-  /// frames a second; std::runtime_error when another program is writing `path`.
+  /// Throws std::invalid_argument when the extension (in upper or lower case) is unknown or the
+  /// rate is not within 0.1 to 5000 frames a second, and as io::TemporaryFile does.
   VideoOutputFile(const std::filesystem::path& path, double frame_rate);
   ~VideoOutputFile();
   VideoOutputFile(const VideoOutputFile&) = delete;
@@ -30,13 +28,12 @@ class VideoOutputFile {
   void commit();
 
  private:
-  class TemporaryFolder;
   struct Encoder;
   void open(int width, int height);
 
   std::filesystem::path path_;
   double frame_rate_;
-  std::unique_ptr<TemporaryFolder> folder_;
+  std::unique_ptr<io::TemporaryFile> temporary_;
   std::unique_ptr<Encoder> encoder_;
   int frames_ = 0;
 };
