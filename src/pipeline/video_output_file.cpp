@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "container_end.h"
 #include "ffmpeg_capture.h"
 #include "frame_rates.h"
 #include "mat_view.h"
@@ -54,10 +55,12 @@ struct VideoOutputFile::Encoder {
 VideoOutputFile::VideoOutputFile(const fs::path& path, double frame_rate)
     : path_(path), frame_rate_(frame_rate) {
   encoders(path_);
-  if (!(frame_rate >= kLowestFrameRate && frame_rate <= kHighestFrameRate)) {
+  // AVI's clock, as FFmpeg writes it, does not tell frames apart that are closer than 1 ms.
+  constexpr double kHighestOfAvi = 1000;
+  const double highest = lower_case_extension(path_) == ".avi" ? kHighestOfAvi : kHighestFrameRate;
+  if (!(frame_rate >= kLowestFrameRate && frame_rate <= highest)) {
     throw std::invalid_argument(fmt::format("{}: frame rate is {}, expected {} to {} a second",
-                                            path_.string(), frame_rate, kLowestFrameRate,
-                                            kHighestFrameRate));
+                                            path_.string(), frame_rate, kLowestFrameRate, highest));
   }
   // The container is chosen by the name's end.
   temporary_ = std::make_unique<io::TemporaryFile>(path_, lower_case_extension(path_));
@@ -105,7 +108,7 @@ void VideoOutputFile::commit() {
   auto written = open_with_ffmpeg(temporary_->path().string());
   while (written.isOpened() && readable < frames_ && written.grab()) ++readable;
   written.release();
-  if (readable < frames_) {
+  if (readable < frames_ || !ends_with_its_container(temporary_->path())) {
     throw std::runtime_error(
         fmt::format("{}: writing failed, {} of {} frames can be read back (is the disk full?)",
                     path_.string(), readable, frames_));

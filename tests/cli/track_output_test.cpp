@@ -161,5 +161,47 @@ TEST_F(TrackOutput, NoOutputMayBeAnInputOrAnotherOutput) {
   EXPECT_FALSE(has_tracks());
 }
 
+TEST_F(TrackOutput, AFrameThatIsOnlyDrawnIsNamedAndCounted) {
+  const auto scene = picture_sequence("s", 12);
+  write_file(folder_ / "s/img1/000006.jpg", "not a JPEG");
+  std::filesystem::remove(folder_ / "s/img1/000009.jpg");
+  const auto result = track(
+      scene, {"--no-appearance", "--render", folder_ / "v.avi", "--json", folder_ / "r.json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("000006.jpg: not a readable image; it is drawn grey"));
+  EXPECT_THAT(result.err, HasSubstr("000009.jpg: does not exist; it is drawn grey"));
+  EXPECT_EQ(json::parse(read_file(folder_ / "r.json"))["unreadable_frames"], 2);
+}
+
+TEST_F(TrackOutput, AVideoThatDoesNotFitTheDiskTakesNothingElseAlong) {
+  const auto scene = picture_sequence("s", 40);
+  for (const std::string video : {"v.mp4", "v.mkv", "v.MOV", "v.avi"}) {
+    SCOPED_TRACE(video);
+    std::filesystem::remove(folder_ / "tracks.txt");
+    // Blocks of 1024 bytes: room for the text, not for the video.
+    const auto result = run_command({"/bin/sh", "-c", "ulimit -f 40; exec \"$@\"", "sh",
+                                     SDMT_BINARY, "track", scene, "--no-appearance", "--output",
+                                     folder_ / "tracks.txt", "--render", folder_ / video});
+    EXPECT_EQ(result.exit_code, 1) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("writing failed"));
+    EXPECT_EQ(mot::read_results(folder_ / "tracks.txt").back().frame, 40);
+    EXPECT_FALSE(std::filesystem::exists(folder_ / video));
+    expect_no_temporary_files();
+  }
+}
+
+TEST_F(TrackOutput, LibrariesDoNotWriteToStandardError) {
+  const auto scene = picture_sequence("s", 3);
+  // A JPEG with a damaged middle: libjpeg has something to say about it, and decodes it.
+  std::string bytes = read_file(folder_ / "s/img1/000002.jpg");
+  for (std::size_t i = bytes.size() / 2; i < bytes.size() / 2 + 40; ++i) bytes[i] = '\x55';
+  write_file(folder_ / "s/img1/000002.jpg", bytes);
+  const auto result = track(scene, {"--appearance", "histogram"});
+  EXPECT_EQ(result.exit_code, 0);
+  std::istringstream lines(result.err);
+  for (std::string line; std::getline(lines, line);)
+    EXPECT_THAT(line, HasSubstr("tracking")) << line;
+}
+
 }  // namespace
 }  // namespace sdmt::tests

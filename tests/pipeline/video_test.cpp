@@ -137,6 +137,7 @@ TEST(Video, EveryRateAndContainerIsReadBackInFull) {
   const TemporaryFolder folder;
   for (const std::string name : {"v.mp4", "v.MOV", "v.mkv", "v.Avi"}) {
     for (const double rate : {0.1, 1.0, 29.97, 1000.0, 5000.0}) {
+      if (name == "v.Avi" && rate > 1000) continue;
       SCOPED_TRACE(name + " at " + std::to_string(rate));
       write_video(folder / name, 30, rate);
       EXPECT_EQ(readable_frames(folder / name), 30);
@@ -150,6 +151,7 @@ TEST(Video, RatesThatAreNoneAreRefused) {
   for (const double rate : {0.0, -1.0, 0.05, 5001.0, std::numeric_limits<double>::quiet_NaN()}) {
     EXPECT_THROW(VideoOutputFile(folder / "v.mp4", rate), std::invalid_argument) << rate;
   }
+  EXPECT_THROW(VideoOutputFile(folder / "v.avi", 1001), std::invalid_argument);
   EXPECT_THROW(VideoOutputFile(folder / "v.txt", 25), std::invalid_argument);
   EXPECT_THROW(VideoOutputFile(folder / "none/v.mp4", 25), std::invalid_argument);
   EXPECT_THAT(folder.listing(), IsEmpty());

@@ -14,7 +14,7 @@ namespace sdmt::pipeline {
 class VideoOutputFile {
  public:
   /// Throws std::invalid_argument when the extension (in upper or lower case) is unknown or the
-  /// rate is not within 0.1 to 5000 frames a second, and as io::TemporaryFile does.
+  /// rate is not within 0.1 to 5000 frames a second (.avi: 1000), and as io::TemporaryFile does.
   VideoOutputFile(const std::filesystem::path& path, double frame_rate);
   ~VideoOutputFile();
   VideoOutputFile(const VideoOutputFile&) = delete;
