@@ -52,19 +52,19 @@ TEST_F(DetectionSources, ThePeopleDetectorLooksAtFrames) {
 
 TEST_F(DetectionSources, OptionsAreFittedToTheScores) {
   track::TrackerOptions options;
-  options.use_scores = true;
+  options.input.use_scores = true;
   EXPECT_TRUE(fit_to_scores(options, *file("1,-1,1,1,9,9,0.5\n2,-1,1,1,9,9,1\n")).empty());
-  EXPECT_TRUE(options.use_scores);
+  EXPECT_TRUE(options.input.use_scores);
   EXPECT_THAT(fit_to_scores(options, *file("1,-1,1,1,9,9,0.5\n2,-1,1,1,9,9,42\n")),
               ElementsAre(HasSubstr("scores from 0.5 to 42 are no probabilities")));
-  options.calibration.emplace();
+  options.input.calibration.emplace();
   EXPECT_TRUE(fit_to_scores(options, *file("1,-1,1,1,9,9,0.5\n2,-1,1,1,9,9,42\n")).empty());
   EXPECT_THAT(fit_to_scores(options, *open_detection_source("hog")),
               ElementsAre(HasSubstr("the detector gives probabilities")));
-  EXPECT_FALSE(options.calibration.has_value());
+  EXPECT_FALSE(options.input.calibration.has_value());
   EXPECT_THAT(fit_to_scores(options, *file("1,-1,1,1,9,9,-1\n2,-1,1,1,9,9,-1\n")),
               ElementsAre(HasSubstr("all scores are equal")));
-  EXPECT_FALSE(options.use_scores);
+  EXPECT_FALSE(options.input.use_scores);
 }
 
 TEST_F(DetectionSources, TheDefaultIsTheSequencesOwnFile) {
