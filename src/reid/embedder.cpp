@@ -12,8 +12,6 @@ namespace sdmt::reid {
 
 namespace {
 
-constexpr int kCell = 4;  // input pixels to a position of the feature map: two poolings
-
 /// The cells that shifted windows cover together.
 struct WindowGrid {
   WindowGrid(const image::PixelRect& window, std::span<const WindowShift> shifts) {
@@ -38,6 +36,26 @@ struct WindowGrid {
   int rows;
   image::PixelRect region;
 };
+
+// Input pixels to a position of the trunk's map when a window of its input makes the same as that
+// window of its map: every convolution keeps its positions, and the map has the windows' size.
+// Otherwise 0.
+int cell_of(const NetworkDescription& network) {
+  int cell = 1;
+  const int trunk = network.first_of_head();
+  for (int i = 0; i < trunk; ++i) {
+    const LayerDescription& layer = network.layers[static_cast<std::size_t>(i)];
+    if (layer.type == LayerType::conv2d) {
+      if (layer.kernel_size != 2 * layer.padding + 1) return 0;
+      cell *= layer.stride;
+    } else if (layer.type == LayerType::max_pool2d) {
+      cell *= 2;
+    }
+  }
+  const bool fits =
+      network.height == cell * WindowShift::kRows && network.width == cell * WindowShift::kColumns;
+  return fits ? cell : 0;
+}
 
 // Half a pixel is lost in rounding to whole ones anyway.
 void require_inside(const image::ImageView& image, const image::PixelRect& region) {
@@ -71,6 +89,7 @@ Embedder::Embedder(Model model, const EmbedderOptions& options)
         "preprocessing makes patches of " + std::to_string(preprocessing.height) + " x " +
         std::to_string(preprocessing.width) + ", the network takes " + input.str());
   }
+  cell_ = cell_of(model_.network.description());
   model_.network.release_for_inference();
 }
 
@@ -82,7 +101,8 @@ void Embedder::embed(const image::ImageView& image, std::span<const image::Pixel
 }
 
 void Embedder::embed(std::span<const Crop> crops, EmbeddingRows& out) {
-  out.values.assign(crops.size() * kEmbeddingSize, 0.0F);
+  const std::size_t size = dimension();
+  out.values.assign(crops.size() * size, 0.0F);
   out.valid.assign(crops.size(), 0);
   visible_.clear();
   for (std::size_t i = 0; i < crops.size(); ++i) {
@@ -108,31 +128,27 @@ void Embedder::embed(std::span<const Crop> crops, EmbeddingRows& out) {
     const nn::Tensor& rows = model_.network.forward(patches_, nn::Mode::inference);
     for (int i = 0; i < count; ++i) {
       const std::size_t crop = visible_[first + static_cast<std::size_t>(i)];
-      std::copy_n(rows.image(i), kEmbeddingSize, out.values.data() + crop * kEmbeddingSize);
+      std::copy_n(rows.image(i), size, out.values.data() + crop * size);
     }
   }
 }
 
-bool Embedder::reads_windows() const {
-  const image::Preprocessing& input = model_.metadata.preprocessing;
-  return input.width == kCell * WindowShift::kColumns && input.height == kCell * WindowShift::kRows;
-}
-
 void Embedder::embed_windows(const image::ImageView& image, const image::PixelRect& window,
                              std::span<const WindowShift> shifts, EmbeddingRows& out) {
-  out.values.assign(shifts.size() * kEmbeddingSize, 0.0F);
+  const std::size_t size = dimension();
+  out.values.assign(shifts.size() * size, 0.0F);
   out.valid.assign(shifts.size(), 0);
   if (shifts.empty()) return;
   const WindowGrid grid(window, shifts);
   require_inside(image, grid.region);
   image::Preprocessing preprocessing = model_.metadata.preprocessing;
   if (!reads_windows()) {
-    throw std::invalid_argument("embed_windows: the network's input is " +
-                                std::to_string(preprocessing.height) + " x " +
-                                std::to_string(preprocessing.width) + ", expected 128 x 64");
+    throw std::invalid_argument(
+        "embed_windows: the network's input is " + std::to_string(preprocessing.height) + " x " +
+        std::to_string(preprocessing.width) + ", expected one whose map has 32 x 16 positions");
   }
-  preprocessing.width = kCell * grid.columns;
-  preprocessing.height = kCell * grid.rows;
+  preprocessing.width = cell_ * grid.columns;
+  preprocessing.height = cell_ * grid.rows;
   patches_.resize({1, preprocessing.height, preprocessing.width, 3});
   if (!image::extract_patch(image, grid.region, preprocessing, patches_.data())) return;
   const nn::Tensor& map = model_.network.trunk().forward(patches_, nn::Mode::inference);
@@ -155,7 +171,7 @@ void Embedder::embed_windows(const image::ImageView& image, const image::PixelRe
       }
     }
     const nn::Tensor& rows = model_.network.head().forward(windows_, nn::Mode::inference);
-    std::copy_n(rows.data(), rows.size(), out.values.data() + first * kEmbeddingSize);
+    std::copy_n(rows.data(), rows.size(), out.values.data() + first * size);
   }
   std::fill(out.valid.begin(), out.valid.end(), static_cast<unsigned char>(1));
 }

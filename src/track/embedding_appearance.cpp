@@ -8,7 +8,7 @@ namespace sdmt::track {
 EmbeddingAppearance::EmbeddingAppearance(reid::Model model, const reid::EmbedderOptions& options)
     : embedder_(std::move(model), options) {}
 
-int EmbeddingAppearance::dimension() const { return reid::kEmbeddingSize; }
+int EmbeddingAppearance::dimension() const { return static_cast<int>(embedder_.dimension()); }
 
 double EmbeddingAppearance::affinity_threshold() const {
   return embedder_.metadata().tau_a.value_or(reid::AffinityThreshold{}).value;
@@ -40,7 +40,7 @@ void EmbeddingAppearance::embed_shifted(const image::ImageView& frame, const mot
 }
 
 void EmbeddingAppearance::take_rows(Embeddings& out) {
-  out.dimension = reid::kEmbeddingSize;
+  out.dimension = dimension();
   out.values.swap(rows_.values);
   out.valid.swap(rows_.valid);
 }

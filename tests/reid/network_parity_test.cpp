@@ -22,6 +22,7 @@ using testing_support::FormulaCrop;
 using testing_support::kFormulaCrops;
 namespace fs = std::filesystem;
 
+constexpr int kDimension = 128;  // of vgg16's embeddings
 const fs::path kFixtures = fs::path(SDMT_TESTS_DIR) / "reid/fixtures";
 
 std::vector<double> numbers(const io::Safetensors& file, const std::string& name) {
@@ -94,7 +95,7 @@ class NetworkParity : public EveryTarget {
 
   static void expect_embeddings(const float* ours) {
     const auto theirs = numbers(io::Safetensors(kFixtures / "network.safetensors"), "embeddings");
-    ASSERT_EQ(theirs.size(), static_cast<std::size_t>(kFormulaCrops * kEmbeddingSize));
+    ASSERT_EQ(theirs.size(), static_cast<std::size_t>(kFormulaCrops * kDimension));
     double worst = 0;
     for (std::size_t i = 0; i < theirs.size(); ++i) {
       worst = std::max(worst, std::abs(ours[i] - theirs[i]));
@@ -182,21 +183,21 @@ TEST_P(NetworkParity, Embedder) {
   ASSERT_EQ(rows.valid.size(), crops.size());
   EXPECT_EQ(rows.valid[5], 0);
   EXPECT_EQ(std::count(rows.valid.begin(), rows.valid.end(), 1), kFormulaCrops);
-  const auto bad = rows.values.begin() + 5 * kEmbeddingSize;
-  EXPECT_TRUE(std::all_of(bad, bad + kEmbeddingSize, [](float v) { return v == 0; }));
-  rows.values.erase(bad, bad + kEmbeddingSize);
+  const auto bad = rows.values.begin() + 5 * kDimension;
+  EXPECT_TRUE(std::all_of(bad, bad + kDimension, [](float v) { return v == 0; }));
+  rows.values.erase(bad, bad + kDimension);
   expect_embeddings(rows.values.data());
 
   // A row does not depend on its company.
   EmbeddingRows alone;
   embedder.embed(std::span(crops).subspan(3, 1), alone);
-  for (std::size_t i = 0; i < kEmbeddingSize; ++i) {
-    EXPECT_NEAR(alone.values[i], rows.values[3 * kEmbeddingSize + i], 1e-6);
+  for (std::size_t i = 0; i < kDimension; ++i) {
+    EXPECT_NEAR(alone.values[i], rows.values[3 * kDimension + i], 1e-6);
   }
   const std::vector<image::PixelRect> rects{{0, 0, 20, 40}, pictures[9].rect()};
   embedder.embed(pictures[9].view(), rects, alone);
-  for (std::size_t i = 0; i < kEmbeddingSize; ++i) {
-    EXPECT_NEAR(alone.values[kEmbeddingSize + i], rows.values[9 * kEmbeddingSize + i], 1e-6);
+  for (std::size_t i = 0; i < kDimension; ++i) {
+    EXPECT_NEAR(alone.values[kDimension + i], rows.values[9 * kDimension + i], 1e-6);
   }
   embedder.embed(std::span<const Crop>(), alone);
   EXPECT_TRUE(alone.values.empty());

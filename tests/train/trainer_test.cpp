@@ -126,7 +126,7 @@ TEST_F(TrainerTest, FrozenLayersStayAsTheyWere) {
   while (!trainer.finished()) trainer.step();
   trainer.validate();
   trainer.finish();
-  const auto before = untouched.network.stored_tensors(), after = model.network.stored_tensors();
+  const auto before = stored_tensors(untouched.network), after = stored_tensors(model.network);
   for (std::size_t i = 0; i < before.size(); ++i) {
     const bool same = std::equal(before[i].value->values().begin(), before[i].value->values().end(),
                                  after[i].value->values().begin());
@@ -162,7 +162,7 @@ TEST_F(TrainerTest, TheBestValidatedWeightsAreKept) {
   EXPECT_EQ(model.metadata.training->scores.begin()->second, best);
   EXPECT_EQ(model.metadata.training->iterations, best_iteration);
   const reid::Model kept = reid::load_model(out.path() / "best");
-  const auto ours = model.network.stored_tensors(), theirs = kept.network.stored_tensors();
+  const auto ours = stored_tensors(model.network), theirs = stored_tensors(kept.network);
   for (std::size_t i = 0; i < ours.size(); ++i) {
     EXPECT_TRUE(std::equal(ours[i].value->values().begin(), ours[i].value->values().end(),
                            theirs[i].value->values().begin()))

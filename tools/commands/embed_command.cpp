@@ -72,7 +72,7 @@ void run(const EmbedOptions& options) {
   writer.set_metadata("images",
                       nlohmann::json(options.images)
                           .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
-  writer.add("embeddings", {paths.size(), reid::kEmbeddingSize}, embeddings);
+  writer.add("embeddings", {paths.size(), embedder.dimension()}, embeddings);
   writer.write(options.output);
 }
 
@@ -85,7 +85,8 @@ void add_embed_command(CLI::App& app) {
   command->add_option("--model", options->model, "Model file [the shipped one]")->type_name("FILE");
   command
       ->add_option("--output", options->output,
-                   "safetensors file to write: `embeddings` [images,128] float32, rows in the "
+                   "safetensors file to write: `embeddings` [images,128 or what the model makes] "
+                   "float32, rows in the "
                    "order of the images")
       ->required()
       ->type_name("FILE");

@@ -38,7 +38,7 @@ using Clock = std::chrono::steady_clock;
 struct Arguments {
   train::TrainingSetOptions data;
   train::TrainerOptions trainer;
-  std::string output, trunk, model, unfreeze, tie = "8x2";
+  std::string output, architecture = "vgg16", trunk, model, unfreeze, tie = "8x2";
   std::string head = "metric";
   bool freeze_trunk = false;
   reid::Storage storage = reid::Storage::float32;
@@ -73,13 +73,13 @@ std::optional<train::BlockGrid> parse_tie(const std::string& text) {
 
 reid::Model starting_model(const Arguments& arguments) {
   if (!arguments.model.empty()) return reid::load_model(arguments.model);
-  reid::Model model;
-  model.network.initialize(arguments.trainer.seed);
+  reid::Model model = reid::untrained_model(reid::find_architecture(arguments.architecture),
+                                            arguments.trainer.seed);
   if (!arguments.trunk.empty()) {
     const auto ignored = reid::load_trunk(arguments.trunk, model.network);
     model.metadata.provenance = "trunk from " + fs::path(arguments.trunk).filename().string();
     if (!ignored.empty()) {
-      say(stdout, "{}: {} tensors besides conv1_1 to conv3_3 are ignored, the first is {}\n",
+      say(stdout, "{}: {} tensors besides the trunk are ignored, the first is {}\n",
           arguments.trunk, ignored.size(), ignored.front());
     }
   }
@@ -223,7 +223,6 @@ void run_pair_classifier(reid::Model& model, const train::TrainingSet& data,
 void train_embedder(Arguments arguments) {
   arguments.data.seed = arguments.trainer.seed;
   arguments.trainer.tie = parse_tie(arguments.tie);
-  if (arguments.freeze_trunk) arguments.trainer.first_trained = "fc1";
   if (!arguments.unfreeze.empty()) arguments.trainer.first_trained = arguments.unfreeze;
   if (arguments.checkpoint.empty()) arguments.checkpoint = arguments.output + ".checkpoint";
   arguments.trainer.validate();
@@ -239,6 +238,7 @@ void train_embedder(Arguments arguments) {
 
   const StopSignal stop;
   reid::Model model = starting_model(arguments);
+  if (arguments.freeze_trunk) arguments.trainer.first_trained = model.network.head().name(0);
   train::TrainingSet data = train::load_training_set(arguments.data);
   nlohmann::ordered_json report;
   report["images"] = data.images.size();
@@ -308,14 +308,23 @@ void add_data_options(CLI::App& command, Arguments& a) {
 
 void add_model_options(CLI::App& command, Arguments& a) {
   command.add_option("--output", a.output, "Model file to write")->required();
+  auto* architecture =
+      command
+          .add_option("--architecture", a.architecture,
+                      "vgg16 (the paper's), lite, or a file that describes a network")
+          ->type_name("NAME|FILE.json")
+          ->capture_default_str();
   auto* trunk = command.add_option("--trunk", a.trunk,
-                                   "Pre-trained VGG-16 with torchvision's names [random weights]");
-  command.add_option("--model", a.model, "Model to go on from, trunk and head")->excludes(trunk);
+                                   "Pre-trained trunk, for vgg16 a VGG-16 with torchvision's names "
+                                   "[random weights]");
+  command.add_option("--model", a.model, "Model to go on from, trunk and head")
+      ->excludes(trunk)
+      ->excludes(architecture);
   auto* freeze =
       command.add_flag("--freeze-trunk", a.freeze_trunk, "Train the head only, on cached features");
   command
       .add_option("--unfreeze", a.unfreeze,
-                  "First layer of the trunk to train, such as conv3_1; those before stay")
+                  "First layer to train, such as conv3_1; those before stay as they are")
       ->excludes(freeze);
   command
       .add_option("--head", a.head,

@@ -21,7 +21,7 @@ class EmbeddingFeature : public CropFeature {
       : name_(std::move(name)), embedder_(std::move(model)) {}
 
   std::string name() const override { return name_; }
-  int dimensions() const override { return reid::kEmbeddingSize; }
+  int dimensions() const override { return static_cast<int>(embedder_.dimension()); }
   void compute(std::span<const reid::Crop> crops, float* rows) override {
     embedder_.embed(crops, rows_);
     std::copy(rows_.values.begin(), rows_.values.end(), rows);
@@ -156,12 +156,13 @@ std::unique_ptr<CropFeature> embedding_feature(reid::Model model) {
 }
 
 std::unique_ptr<CropFeature> untrained_head_feature(reid::Model model, std::uint64_t seed) {
-  reid::EmbeddingNetwork untrained(model.network.options());
+  reid::EmbeddingNetwork untrained(model.network.description());
   untrained.initialize(seed);
-  const auto fresh = untrained.stored_tensors();
-  const auto tensors = model.network.stored_tensors();
-  for (std::size_t i = 0; i < tensors.size(); ++i) {
-    if (tensors[i].name.starts_with("head.")) *tensors[i].value = *fresh[i].value;
+  const auto& fresh = untrained.state();
+  const auto& state = model.network.state();
+  for (std::size_t i = 0; i < state.size(); ++i) {
+    const bool in_head = state[i].layer >= model.network.description().first_of_head();
+    if (in_head) *state[i].value = *fresh[i].value;
   }
   model.network.parameters_changed();
   return std::make_unique<EmbeddingFeature>("untrained head", std::move(model));

@@ -13,7 +13,7 @@ namespace sdmt::reid {
 
 struct EmbedderOptions {
   /// Crops that go through the network at once, 1..4096; more are embedded in pieces of equal size.
-  /// Memory grows by about 7 MB a crop.
+  /// Memory grows by about 7 MB a crop (vgg16).
   int max_batch = 40;
 
   void validate() const;
@@ -26,7 +26,7 @@ struct Crop {
 };
 
 /// Where a window lies in a grid, in cells to the right of and below its middle. A cell is one
-/// position of the feature map: 1/16 of the window's width, 1/32 of its height.
+/// position of vgg16's feature map: 1/16 of the window's width, 1/32 of its height.
 struct WindowShift {
   static constexpr int kColumns = 16;  ///< cells across a window
   static constexpr int kRows = 32;     ///< cells down a window
@@ -37,7 +37,7 @@ struct WindowShift {
 
 /// Feature vectors of crops, row after row.
 struct EmbeddingRows {
-  std::vector<float> values;         ///< [crops, kEmbeddingSize]; zeros where not valid
+  std::vector<float> values;         ///< [crops, Embedder::dimension()]; zeros where not valid
   std::vector<unsigned char> valid;  ///< [crops]; 0 where the crop has no visible_region()
 };
 
@@ -50,6 +50,10 @@ class Embedder {
   explicit Embedder(Model model, const EmbedderOptions& options = {});
 
   const ModelMetadata& metadata() const { return model_.metadata; }
+  /// Values of a row.
+  std::size_t dimension() const {
+    return static_cast<std::size_t>(model_.network.embedding_size());
+  }
 
   /// One row for each crop, in order. `out` is resized.
   void embed(std::span<const Crop> crops, EmbeddingRows& out);
@@ -57,8 +61,9 @@ class Embedder {
   void embed(const image::ImageView& image, std::span<const image::PixelRect> rects,
              EmbeddingRows& out);
 
-  /// Whether embed_windows() can be used: the network's input is 128 x 64.
-  bool reads_windows() const;
+  /// Whether embed_windows() can be used: the trunk of the network is one that keeps positions, as
+  /// padded convolutions do, and makes a map of 32 x 16.
+  bool reads_windows() const { return cell_ > 0; }
   /// One row for each shift of `window`, much quicker than embed() of them when they overlap: the
   /// convolutions run once over the region that all of them cover, and the fully connected layers
   /// on windows of its feature map. What differs from embed(): along its edges a window sees the
@@ -70,6 +75,7 @@ class Embedder {
  private:
   EmbedderOptions options_;
   Model model_;
+  int cell_ = 0;  // input pixels to a position of the map, 0: no windows
   nn::Tensor patches_;
   nn::Tensor windows_;                // of the feature map
   std::vector<Crop> crops_;           // of one image

@@ -19,8 +19,7 @@ class EmbeddingAppearance final : public AppearanceModel {
   double affinity_threshold() const override;
   void embed(const image::ImageView& frame, std::span<const mot::Tlwh> boxes,
              Embeddings& out) override;
-  /// The convolutions run once for all boxes, see reid::Embedder::embed_windows(), when the
-  /// network's input is 128 x 64.
+  /// The convolutions run once for all boxes where reid::Embedder::reads_windows().
   void embed_shifted(const image::ImageView& frame, const mot::Tlwh& box,
                      std::span<const BoxShift> shifts, Embeddings& out) override;
 
