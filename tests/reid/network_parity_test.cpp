@@ -73,7 +73,7 @@ void expect_layer(const io::Safetensors& fixture, const std::string& name, const
   }
 }
 
-class NetworkParity : public EveryTarget {
+class NetworkParity : public nn::EveryTarget {
  protected:
   // The model passes through a file, so that loading is part of what is compared.
   static void SetUpTestSuite() {
@@ -84,7 +84,7 @@ class NetworkParity : public EveryTarget {
   static void TearDownTestSuite() { fs::remove(path_); }
 
   void SetUp() override {
-    EveryTarget::SetUp();
+    nn::EveryTarget::SetUp();
     model_ = load_model(path_);
     patches_.resize(model_.network.input_shape(kFormulaCrops));
     for (int i = 0; i < kFormulaCrops; ++i) {
@@ -203,7 +203,7 @@ TEST_P(NetworkParity, Embedder) {
   EXPECT_TRUE(alone.values.empty());
 }
 
-using TrunkParity = EveryTarget;
+using TrunkParity = nn::EveryTarget;
 SDMT_INSTANTIATE_EVERY_TARGET(TrunkParity);
 
 TEST_P(TrunkParity, RealVgg16Features) {
@@ -216,6 +216,27 @@ TEST_P(TrunkParity, RealVgg16Features) {
   ASSERT_TRUE(image::extract_patch(crop.view(), crop.rect(), {}, patch.data()));
   expect_layer(io::Safetensors(kFixtures / "vgg16_conv3_3.safetensors"), "features",
                network.trunk().forward(patch, nn::Mode::inference), 4e-5);
+}
+
+// A network that only its file describes: strides, kernels, biases and normalisations of every
+// kind, weights and names as PyTorch's state_dict has them
+// (tests/parity/make_described_network.py).
+using DescribedNetwork = nn::EveryTarget;
+SDMT_INSTANTIATE_EVERY_TARGET(DescribedNetwork);
+
+TEST_P(DescribedNetwork, EmbedsAsPyTorch) {
+  const io::Safetensors file(kFixtures / "described_network.safetensors");
+  Model model = read_model(file);
+  EXPECT_EQ(model.network.description().layers.size(), 16u);
+  EXPECT_EQ(model.network.embedding_size(), 10);
+  nn::Tensor patches(model.network.input_shape(5));
+  file.read_floats(file.at("test.patches"), patches.values());
+  const auto expected = numbers(file, "test.embeddings");
+  const nn::Tensor& embeddings = model.network.forward(patches, nn::Mode::inference);
+  ASSERT_EQ(embeddings.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_NEAR(embeddings.data()[i], expected[i], 1e-5) << i;
+  }
 }
 
 }  // namespace
