@@ -333,7 +333,8 @@ void Trainer::save_checkpoint(const std::filesystem::path& path) {
 
 void Trainer::load_checkpoint(const std::filesystem::path& path) {
   Checkpoint checkpoint = run_->checkpoint();
-  read_checkpoint(path, training_configuration(run_->options, run_->data, run_->front), checkpoint);
+  read_checkpoint(path, training_configuration(run_->options, run_->data, run_->front),
+                  run_->options.iterations, checkpoint);
   run_->iteration = checkpoint.iteration;
   run_->best_iteration = checkpoint.best_iteration;
   run_->best_scores = checkpoint.best_scores;
