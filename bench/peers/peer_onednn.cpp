@@ -42,7 +42,7 @@ class Network {
     input_.set_data_handle(const_cast<float*>(x.data()));
     for (auto& [primitive, arguments] : steps_) primitive.execute(stream_, arguments);
     stream_.wait();
-    nn::Tensor fc2({shape_.n, 1, 1, reid::kEmbeddingSize});
+    nn::Tensor fc2({shape_.n, 1, 1, network_.embedding_size()});
     const auto* values = static_cast<const float*>(current_.get_data_handle());
     std::copy_n(values, fc2.size(), fc2.data());
     return network_.head().forward(fc2, nn::Mode::inference, 3);

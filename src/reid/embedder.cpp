@@ -37,13 +37,24 @@ struct WindowGrid {
   image::PixelRect region;
 };
 
-// Input pixels to a position of the feature map, after two poolings; 0 when the map has not the
-// windows' size.
-int cell_of(const image::Preprocessing& input) {
-  constexpr int kCell = 4;
-  const bool fits = input.width == kCell * image::GridShift::kColumns &&
-                    input.height == kCell * image::GridShift::kRows;
-  return fits ? kCell : 0;
+// Input pixels to a position of the trunk's map when a window of its input makes the same as that
+// window of its map: every convolution keeps its positions, and the map has the windows' size.
+// Otherwise 0.
+int cell_of(const NetworkDescription& network) {
+  int cell = 1;
+  const int trunk = network.first_of_head();
+  for (int i = 0; i < trunk; ++i) {
+    const LayerDescription& layer = network.layers[i];
+    if (layer.type == LayerType::conv2d) {
+      if (layer.kernel_size != 2 * layer.padding + 1) return 0;
+      cell *= layer.stride;
+    } else if (layer.type == LayerType::max_pool2d) {
+      cell *= 2;
+    }
+  }
+  const bool fits = network.height == cell * image::GridShift::kRows &&
+                    network.width == cell * image::GridShift::kColumns;
+  return fits ? cell : 0;
 }
 
 // Half a pixel is lost in rounding to whole ones anyway.
@@ -78,7 +89,7 @@ Embedder::Embedder(Model model, const EmbedderOptions& options)
         "preprocessing makes patches of " + std::to_string(preprocessing.height) + " x " +
         std::to_string(preprocessing.width) + ", the network takes " + input.str());
   }
-  cell_ = cell_of(preprocessing);
+  cell_ = cell_of(model_.network.description());
   model_.network.release_for_inference();
 }
 

@@ -34,6 +34,29 @@ bool is_image_name(const fs::path& path) {
   return extension == ".jpg" || extension == ".jpeg" || extension == ".png";
 }
 
+// Sorted by name.
+std::vector<fs::path> image_files(const fs::path& folder, LeftOut* left_out) {
+  if (!fs::is_directory(folder)) {
+    throw std::invalid_argument(folder.string() + ": no such folder");
+  }
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const bool hidden = entry.path().filename().string().starts_with('.');
+    const bool leads_nowhere = entry.is_symlink() && !entry.exists();
+    if (hidden || !(entry.is_regular_file() || leads_nowhere)) continue;
+    if (is_image_name(entry.path())) {
+      files.push_back(entry.path());
+    } else if (left_out != nullptr) {
+      ++left_out->other_files;
+    }
+  }
+  if (files.empty()) {
+    throw std::invalid_argument(folder.string() + ": holds no .jpg or .png image");
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
 struct NameParts {
   int pid;
   int camid;
@@ -53,19 +76,22 @@ std::optional<NameParts> parse_name(std::string_view name) {
 
 }  // namespace
 
-std::vector<ReidImage> list_reid_images(const fs::path& folder) {
-  if (!fs::is_directory(folder)) {
-    throw std::invalid_argument(folder.string() + ": no such folder");
-  }
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.is_regular_file() && is_image_name(entry.path())) files.push_back(entry.path());
-  }
-  if (files.empty()) {
-    throw std::invalid_argument(folder.string() + ": holds no .jpg or .png image");
-  }
-  std::sort(files.begin(), files.end());
+LeftOut& LeftOut::operator+=(const LeftOut& other) {
+  background += other.background;
+  junk += other.junk;
+  other_files += other.other_files;
+  return *this;
+}
 
+std::vector<ReidImage> list_nameless_images(const fs::path& folder, LeftOut* left_out) {
+  const auto files = image_files(folder, left_out);
+  std::vector<ReidImage> images;
+  for (const auto& file : files) images.push_back({file, 0, 0});
+  return images;
+}
+
+std::vector<ReidImage> list_reid_images(const fs::path& folder, LeftOut* left_out) {
+  auto files = image_files(folder, left_out);
   std::vector<ReidImage> images;
   images.reserve(files.size());
   for (auto& file : files) {
@@ -75,7 +101,10 @@ std::vector<ReidImage> list_reid_images(const fs::path& folder) {
                                   ": the name does not say who is on it, expected PID_cCAM... as "
                                   "in 0002_c1s1_000451_03.jpg");
     }
-    if (parts->pid < 0) continue;
+    if (parts->pid < 0) {
+      if (left_out != nullptr) ++left_out->junk;
+      continue;
+    }
     images.push_back({std::move(file), parts->pid, parts->camid});
   }
   return images;

@@ -17,14 +17,44 @@ namespace sdmt::reid {
 
 namespace {
 
-using StoredTensor = EmbeddingNetwork::StoredTensor;
-
 constexpr float kInt8Max = 127.0F;
 const std::string kScaleSuffix = ".scale";
 
 [[noreturn]] void refuse(const std::string& file, const std::string& tensor,
                          const std::string& what) {
   throw std::invalid_argument(file + ": tensor " + tensor + " " + what);
+}
+
+std::uint64_t extent(int value) { return static_cast<std::uint64_t>(value); }
+
+// Shape in the file, and positions, of the weight of a convolution or Linear that reads maps `in`.
+struct WeightLayout {
+  WeightLayout(const LayerDescription& layer, const nn::Shape& in) {
+    if (layer.type == LayerType::conv2d) {
+      const int kernel = layer.kernel_size;
+      shape = {extent(layer.out_channels), extent(in.c), extent(kernel), extent(kernel)};
+      positions = kernel * kernel;
+    } else {
+      shape = {extent(layer.out_features), in.image_size()};
+      positions = in.h * in.w;
+    }
+  }
+  std::vector<std::uint64_t> shape;
+  int positions;
+};
+
+bool has_matrix(const LayerDescription& layer) {
+  return layer.type == LayerType::conv2d || layer.type == LayerType::linear;
+}
+
+// A file without the values must not make us take the memory that its description asks for.
+void require_weights(const io::Safetensors& file, const NetworkDescription& network) {
+  const std::vector<nn::Shape> shapes = network.shapes();
+  for (std::size_t i = 0; i < network.layers.size(); ++i) {
+    const LayerDescription& layer = network.layers[i];
+    if (!has_matrix(layer)) continue;
+    file.at(layer.tensor_name("weight"), WeightLayout(layer, shapes[i]).shape);
+  }
 }
 
 // out[j][i] = in[i][j], in small blocks so that both sides stay in the first-level cache.
@@ -195,6 +225,30 @@ void add_weight(io::SafetensorsWriter& writer, const StoredTensor& tensor, Stora
 
 }  // namespace
 
+std::vector<StoredTensor> stored_tensors(const EmbeddingNetwork& network) {
+  const NetworkDescription& description = network.description();
+  const std::vector<nn::Shape> shapes = description.shapes();
+  std::vector<StoredTensor> result;
+  for (const auto& [layer, parameter, value, learnt] : network.state()) {
+    const auto index = static_cast<std::size_t>(layer);
+    const LayerDescription& of = description.layers[index];
+    StoredTensor tensor{of.tensor_name(parameter), {extent(value->shape().c)}, 1, value, learnt};
+    if (has_matrix(of) && parameter == "weight") {
+      WeightLayout layout(of, shapes[index]);
+      tensor.file_shape = std::move(layout.shape);
+      tensor.positions = layout.positions;
+    }
+    result.push_back(std::move(tensor));
+  }
+  return result;
+}
+
+Model untrained_model(const NetworkDescription& network, std::uint64_t seed) {
+  Model model{ModelMetadata(network), EmbeddingNetwork(network)};
+  model.network.initialize(seed);
+  return model;
+}
+
 Model load_model(const std::filesystem::path& path) { return read_model(io::Safetensors(path)); }
 
 Model read_model(const io::Safetensors& file) {
@@ -204,20 +258,10 @@ Model read_model(const io::Safetensors& file) {
                                 "\", expected a model written by sdmt");
   }
   ModelMetadata metadata = parse_model_metadata(text->second, file.name());
-  EmbeddingNetworkOptions options;
-  options.height = metadata.preprocessing.height;
-  options.width = metadata.preprocessing.width;
-  try {
-    options.validate();
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(file.name() + ": " + error.what());
-  }
-  // A file without the values must not make us take the memory it asks for.
-  const std::uint64_t fc1_shape[] = {kEmbeddingSize,
-                                     static_cast<std::uint64_t>(options.features())};
-  file.at("head.fc1.weight", fc1_shape);
-  Model model{std::move(metadata), EmbeddingNetwork(options)};
-  for (const StoredTensor& tensor : model.network.stored_tensors()) {
+  const NetworkDescription network = metadata.network();
+  require_weights(file, network);
+  Model model{std::move(metadata), EmbeddingNetwork(network)};
+  for (const StoredTensor& tensor : stored_tensors(model.network)) {
     read_tensor(file, tensor, *tensor.value);
   }
   model.network.parameters_changed();
@@ -226,8 +270,14 @@ Model read_model(const io::Safetensors& file) {
 
 void add_model(io::SafetensorsWriter& writer, const Model& model, Storage storage) {
   model.metadata.validate();
+  if (model.metadata.network() != model.network.description()) {
+    throw std::invalid_argument("the metadata describes " + model.metadata.architecture + " for " +
+                                std::to_string(model.metadata.preprocessing.height) + " x " +
+                                std::to_string(model.metadata.preprocessing.width) +
+                                ", which is not the network");
+  }
   writer.set_metadata(kModelMetadataKey, to_json(model.metadata));
-  for (const StoredTensor& tensor : model.network.stored_tensors()) {
+  for (const StoredTensor& tensor : stored_tensors(model.network)) {
     check_storable(tensor, storage);
     if (is_weight(tensor)) {
       add_weight(writer, tensor, storage);
@@ -268,8 +318,10 @@ std::vector<std::string> load_trunk(const std::filesystem::path& path, Embedding
   const io::Safetensors file(path);
   std::set<std::string> used;
   std::vector<std::pair<nn::Tensor*, nn::Tensor>> loaded;
-  for (const StoredTensor& tensor : network.stored_tensors()) {
-    if (!tensor.name.starts_with("features.")) continue;
+  const std::vector<StoredTensor> tensors = stored_tensors(network);
+  for (std::size_t i = 0; i < tensors.size(); ++i) {
+    if (network.state()[i].layer >= network.description().first_of_head()) break;
+    const StoredTensor& tensor = tensors[i];
     used.insert(tensor.name);
     used.insert(tensor.name + kScaleSuffix);
     loaded.emplace_back(tensor.value, nn::Tensor(tensor.value->shape()));

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "checkpoint.h"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <span>
 #include <stdexcept>
 
@@ -19,6 +21,37 @@ constexpr std::size_t kIterations = 2;  // values of it before the scores
 std::vector<std::uint64_t> file_shape(const nn::Shape& shape) {
   return {static_cast<std::uint64_t>(shape.n), static_cast<std::uint64_t>(shape.h),
           static_cast<std::uint64_t>(shape.w), static_cast<std::uint64_t>(shape.c)};
+}
+
+[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what) {
+  throw std::invalid_argument(path.string() + ": damaged checkpoint: " + what);
+}
+
+void require_possible(const std::filesystem::path& path, const nn::NamedTensor& named) {
+  const auto values = named.tensor->values();
+  const auto odd = std::ranges::find_if(values, [](float value) { return !std::isfinite(value); });
+  if (odd != values.end()) refuse(path, kPrefix + named.name + " holds a value that is not finite");
+  // Variances of the batch normalisation, and Adam's second moments and its count of steps.
+  const bool is_square = named.name.ends_with("running_var") ||
+                         named.name.ends_with(".exp_avg_sq") || named.name.ends_with(".step");
+  if (is_square && !values.empty() && std::ranges::min(values) < 0) {
+    refuse(path, kPrefix + named.name + " holds " + to_text(std::ranges::min(values)) +
+                     ", expected values >= 0");
+  }
+}
+
+void require_possible(const std::filesystem::path& path, const Checkpoint& checkpoint,
+                      std::int64_t iterations) {
+  const auto at = checkpoint.iteration, best = checkpoint.best_iteration;
+  if (at < 0 || at > iterations || best < 0 || best > at) {
+    refuse(path, "it is of iteration " + std::to_string(at) + ", the best weights of " +
+                     std::to_string(best) +
+                     ", expected 0 <= best <= iteration <= " + std::to_string(iterations));
+  }
+  for (const double score : checkpoint.best_scores) {
+    if (score >= 0 && score <= 1) continue;
+    refuse(path, "its best score is " + to_text(score) + ", expected 0..1");
+  }
 }
 
 }  // namespace
@@ -42,7 +75,7 @@ void write_checkpoint(const std::filesystem::path& path, const reid::Model& mode
 }
 
 void read_checkpoint(const std::filesystem::path& path, const Configuration& configuration,
-                     Checkpoint& checkpoint) {
+                     std::int64_t iterations, Checkpoint& checkpoint) {
   const io::Safetensors file(path);
   if (file.find(kProgress) == nullptr) {
     throw std::invalid_argument(path.string() + ": is no training checkpoint, expected a tensor " +
@@ -57,6 +90,7 @@ void read_checkpoint(const std::filesystem::path& path, const Configuration& con
   for (const auto& [name, tensor] : checkpoint.tensors) {
     const auto& entry = file.at(kPrefix + name, file_shape(tensor->shape()));
     file.read_floats(entry, tensor->values());
+    require_possible(path, {name, tensor});
   }
   const auto progress = file.read_integers(kProgress);
   const std::size_t expected = kIterations + checkpoint.best_scores.size();
@@ -70,6 +104,7 @@ void read_checkpoint(const std::filesystem::path& path, const Configuration& con
   for (std::size_t i = 0; i < checkpoint.best_scores.size(); ++i) {
     checkpoint.best_scores[i] = std::bit_cast<double>(progress[kIterations + i]);
   }
+  require_possible(path, checkpoint, iterations);
 }
 
 }  // namespace sdmt::train

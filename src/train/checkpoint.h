@@ -24,9 +24,10 @@ struct Checkpoint {
 void write_checkpoint(const std::filesystem::path& path, const reid::Model& model,
                       const Configuration& configuration, const Checkpoint& checkpoint);
 
-// Fills the tensors by name and shape, the iterations, and as many scores as there are. Throws
-// std::invalid_argument naming file and setting or tensor.
+// Fills the tensors by name and shape, the iterations (0 <= best_iteration <= iteration <=
+// `iterations`), and as many scores (0..1) as there are. Throws std::invalid_argument naming file
+// and setting or tensor, also for values that no training has: not finite, or a variance below 0.
 void read_checkpoint(const std::filesystem::path& path, const Configuration& configuration,
-                     Checkpoint& checkpoint);
+                     std::int64_t iterations, Checkpoint& checkpoint);
 
 }  // namespace sdmt::train

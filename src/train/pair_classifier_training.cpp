@@ -37,7 +37,7 @@ double auc_of(PairClassifier& classifier, const nn::Tensor& blocks,
 PairClassifier train_pair_classifier(reid::Model& model, const TrainingSet& data,
                                      TrainerOptions options, const PairTrainingEvents& events,
                                      const std::filesystem::path& cache_file) {
-  options.first_trained = "fc1";  // the frozen front of a head-only training
+  options.first_trained = model.network.head().name(0);  // the frozen front of a head-only training
   options.validate();
   if (options.views < 1 || options.tie != BlockGrid{}) {
     throw std::invalid_argument(

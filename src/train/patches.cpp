@@ -10,21 +10,18 @@ namespace sdmt::train {
 
 namespace {
 
-void extract(const image::Image& image, const image::Preprocessing& preprocessing, float* out) {
-  const image::PixelRect whole{0, 0, static_cast<double>(image.width),
-                               static_cast<double>(image.height)};
-  if (image::extract_patch(image.view(), whole, preprocessing, out)) return;
+// Exceptions must not leave a parallel region: sizes are checked before it. The files of a training
+// set were checked by name when they were read.
+void require_visible(const image::Image& image) {
+  if (image.width >= kSmallestImage && image.height >= kSmallestImage) return;
   throw std::invalid_argument("an image of " + std::to_string(image.width) + "x" +
                               std::to_string(image.height) +
                               " pixels is too small, expected at least 2x2");
 }
 
-// Exceptions must not leave a parallel region: sizes are checked before it.
-void require_visible(const image::Image& image) {
-  image::Preprocessing two_by_two;
-  two_by_two.height = two_by_two.width = 2;
-  float pixels[2 * 2 * 3];
-  extract(image, two_by_two, pixels);
+void extract(const image::Image& image, const image::Preprocessing& preprocessing, float* out) {
+  image::extract_patch(image.view(), {0, 0, 1.0 * image.width, 1.0 * image.height}, preprocessing,
+                       out);
 }
 
 template <typename MakePatch>

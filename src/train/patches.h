@@ -10,6 +10,9 @@
 
 namespace sdmt::train {
 
+// Pixels each way that an image must have to be looked at.
+inline constexpr int kSmallestImage = 2;
+
 // Which of the ways to look at an image: 0 as it is, 1 its mirror image (when flips are allowed),
 // 2 and above augmented, each differently.
 struct View {

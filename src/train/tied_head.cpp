@@ -4,21 +4,19 @@
 #include <cstddef>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sdmt/nn/avg_pool2d.h"
-#include "sdmt/nn/batch_norm.h"
-#include "sdmt/nn/l2_normalize.h"
 #include "sdmt/nn/linear.h"
-#include "sdmt/nn/relu.h"
 
 namespace sdmt::train {
 
 namespace {
 
-constexpr const char* kTied = "fc1.weight";
+constexpr const char* kBlocks = "blocks";
 
-// The map that FC1 of `network` reads.
+// The map that FC1, the first layer of the head, reads.
 nn::Shape map_shape(reid::EmbeddingNetwork& network) {
   return network.trunk().output_shape(network.input_shape(1));
 }
@@ -30,7 +28,7 @@ void require_fit(const nn::Shape& map, BlockGrid grid) {
   throw std::invalid_argument("tie is " + std::to_string(grid.rows) + "x" +
                               std::to_string(grid.columns) +
                               ", expected rows x columns that divide the map of " +
-                              std::to_string(map.h) + "x" + std::to_string(map.w));
+                              std::to_string(map.h) + "x" + std::to_string(map.w) + ", or none");
 }
 
 // Calls f(index in the full weights, index in the tied weights) for every weight.
@@ -50,18 +48,19 @@ void for_each_weight(const nn::Shape& map, BlockGrid grid, int outputs, F f) {
   }
 }
 
-// Everything that both heads have under the same name and in the same shape.
+// Everything of both heads but FC1's weight, the first parameter, which differs.
 void copy_equal_tensors(nn::Sequential& from, nn::Sequential& to) {
   const auto sources = from.named_parameters(), targets = to.named_parameters();
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    if (sources[i].name != kTied) targets[i].parameter->value = sources[i].parameter->value;
+  for (std::size_t i = 1; i < sources.size(); ++i) {
+    targets[i].parameter->value = sources[i].parameter->value;
   }
   const auto statistics = from.named_buffers(), copies = to.named_buffers();
   for (std::size_t i = 0; i < statistics.size(); ++i) *copies[i].tensor = *statistics[i].tensor;
 }
 
 nn::Tensor& fc1_weight(nn::Sequential& head) {
-  return dynamic_cast<nn::Linear&>(head.layer(head.index("fc1"))).weight().value;
+  const int fc1 = head.name(0) == kBlocks ? 1 : 0;
+  return dynamic_cast<nn::Linear&>(head.layer(fc1)).weight().value;
 }
 
 }  // namespace
@@ -69,24 +68,23 @@ nn::Tensor& fc1_weight(nn::Sequential& head) {
 std::unique_ptr<nn::Sequential> make_tied_head(reid::EmbeddingNetwork& network, BlockGrid grid) {
   const nn::Shape map = map_shape(network);
   require_fit(map, grid);
-  auto& fc2 = dynamic_cast<nn::Linear&>(network.head().layer(network.head().index("fc2")));
-  auto& bn = dynamic_cast<nn::BatchNorm&>(network.head().layer(network.head().index("bn")));
-
+  const reid::NetworkDescription& description = network.description();
   auto head = std::make_unique<nn::Sequential>();
-  head->add("blocks", std::make_unique<nn::AvgPool2d>(
-                          nn::AvgPool2dOptions{map.h / grid.rows, map.w / grid.columns}));
-  head->add("fc1", std::make_unique<nn::Linear>(nn::LinearOptions{grid.rows * grid.columns * map.c,
-                                                                  fc2.options().in_features}));
-  head->add("relu1", std::make_unique<nn::ReLU>());
-  head->add("fc2", std::make_unique<nn::Linear>(fc2.options()));
-  head->add("bn", std::make_unique<nn::BatchNorm>(bn.options()));
-  head->add("l2", std::make_unique<nn::L2Normalize>());
+  head->add(kBlocks, std::make_unique<nn::AvgPool2d>(
+                         nn::AvgPool2dOptions{map.h / grid.rows, map.w / grid.columns}));
+  nn::Shape shape{1, grid.rows, grid.columns, map.c};
+  for (int i = 0; i < network.head().size(); ++i) {
+    const auto index = static_cast<std::size_t>(description.first_of_head() + i);
+    auto layer = reid::make_layer(description.layers[index], shape);
+    shape = layer->output_shape(shape);
+    head->add(description.layers[index].name, std::move(layer));
+  }
 
   copy_equal_tensors(network.head(), *head);
   const nn::Tensor& full = fc1_weight(network.head());
   nn::Tensor& tied = fc1_weight(*head);
   std::vector<double> sums(tied.size(), 0.0);
-  for_each_weight(map, grid, fc2.options().in_features,
+  for_each_weight(map, grid, full.shape().n,
                   [&](std::size_t i, std::size_t t) { sums[t] += full.data()[i]; });
   for (std::size_t i = 0; i < sums.size(); ++i) tied.data()[i] = static_cast<float>(sums[i]);
   head->parameters_changed();

@@ -10,7 +10,8 @@ TrainedNetwork::TrainedNetwork(reid::EmbeddingNetwork& network, std::optional<Bl
     : network_(network), tie_(tie) {
   if (tie_) tied_ = make_tied_head(network_, *tie_);
   nn::Sequential& trunk = network_.trunk();
-  trunk_cut_ = first_trained == "fc1" ? trunk.size() : trunk.index(first_trained);
+  const bool head_only = first_trained == network_.head().name(0);
+  trunk_cut_ = head_only ? trunk.size() : trunk.index(first_trained);
   head_cut_ = tie_ && trunk_cut_ == trunk.size() ? 1 : 0;
   for (int i = 0; i < trunk.size(); ++i) {
     for (nn::Parameter* parameter : trunk.layer(i).parameters()) {

@@ -18,8 +18,8 @@ namespace sdmt::train {
 // the blocks belong to the front: 4,096 values an image in place of 131,072.
 class TrainedNetwork {
  public:
-  // Trains from the layer `first_trained` of the trunk on; "fc1": the head only. `network` must
-  // outlive this object.
+  // Trains from the layer `first_trained` on, a layer of the trunk or the first of the head.
+  // `network` must outlive this object.
   TrainedNetwork(reid::EmbeddingNetwork& network, std::optional<BlockGrid> tie,
                  const std::string& first_trained, float trunk_lr_scale);
 
@@ -29,7 +29,8 @@ class TrainedNetwork {
   // [n, height, width, 3] -> front_shape(n). Valid until the next call of any function here.
   const nn::Tensor& run_front(const nn::Tensor& patches);
 
-  // front_shape(n) -> [n, 1, 1, 128]. In training mode `front` must live until backward().
+  // front_shape(n) -> [n, 1, 1, embedding size]. In training mode `front` must live until
+  // backward().
   const nn::Tensor& forward(const nn::Tensor& front, nn::Mode mode);
   void backward(const nn::Tensor& dy);
 

@@ -60,6 +60,12 @@ double mean(const std::vector<double>& values) {
   return values.empty() ? 0 : sum / static_cast<double>(values.size());
 }
 
+// The layer that an empty first_trained stands for gets its name.
+TrainerOptions complete(TrainerOptions options, const reid::EmbeddingNetwork& network) {
+  if (options.first_trained.empty()) options.first_trained = network.description().layers[0].name;
+  return options;
+}
+
 }  // namespace
 
 void TrainerOptions::validate() const {
@@ -104,7 +110,7 @@ struct Trainer::Run {
   Run(reid::Model& start, TrainingSet training_set, TrainerOptions training_options)
       : model(start),
         data(std::move(training_set)),
-        options(std::move(training_options)),
+        options(complete(std::move(training_options), model.network)),
         network(model.network, options.tie, options.first_trained,
                 static_cast<float>(options.trunk_lr_scale)),
         sampler(data.identities, static_cast<int>(data.sources.size()), sampler_options(options)),
@@ -183,7 +189,7 @@ struct Trainer::Run {
     constexpr int kBatch = 64;
     const auto& images = data.validation[set].images;
     const int count = static_cast<int>(images.size());
-    nn::Tensor embeddings({count, 1, 1, reid::kEmbeddingSize});
+    nn::Tensor embeddings({count, 1, 1, model.network.embedding_size()});
     for (int first = 0; first < count; first += kBatch) {
       const int size = std::min(kBatch, count - first);
       if (network.has_front()) {
@@ -327,7 +333,8 @@ void Trainer::save_checkpoint(const std::filesystem::path& path) {
 
 void Trainer::load_checkpoint(const std::filesystem::path& path) {
   Checkpoint checkpoint = run_->checkpoint();
-  read_checkpoint(path, training_configuration(run_->options, run_->data, run_->front), checkpoint);
+  read_checkpoint(path, training_configuration(run_->options, run_->data, run_->front),
+                  run_->options.iterations, checkpoint);
   run_->iteration = checkpoint.iteration;
   run_->best_iteration = checkpoint.best_iteration;
   run_->best_scores = checkpoint.best_scores;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "training_configuration.h"
 
+#include <array>
 #include <cstdint>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -11,6 +13,22 @@
 namespace sdmt::train {
 
 namespace {
+
+constexpr std::array kOptimizers = {std::pair(OptimizerKind::adam, "adam"),
+                                    std::pair(OptimizerKind::sgd, "sgd")};
+constexpr std::array kLosses = {std::pair(LossKind::contrastive, "contrastive"),
+                                std::pair(LossKind::triplet, "triplet")};
+constexpr std::array kTeacherMatches = {std::pair(TeacherMatch::projection, "projection"),
+                                        std::pair(TeacherMatch::relations, "relations")};
+
+// A value that nobody has named must not pass for another.
+template <typename Names, typename Value>
+std::string name_of(Value value, const Names& names) {
+  for (const auto& [known, name] : names) {
+    if (known == value) return name;
+  }
+  throw std::logic_error("a training option has a value without a name");
+}
 
 std::string tie_text(const std::optional<BlockGrid>& tie) {
   return tie ? std::to_string(tie->rows) + "x" + std::to_string(tie->columns) : "none";
@@ -60,7 +78,7 @@ Configuration training_configuration(const TrainerOptions& options, const Traini
   Configuration c = std::move(front);
   c["validation data"] = std::to_string(data.validation_fingerprint);
   c["iterations"] = std::to_string(options.iterations);
-  c["loss"] = options.loss.kind == LossKind::contrastive ? "contrastive" : "triplet";
+  c["loss"] = name_of(options.loss.kind, kLosses);
   c["margin"] = to_text(options.loss.margin);
   c["triplet_scale"] = to_text(options.loss.triplet_scale);
   c["identities"] = std::to_string(options.identities);
@@ -68,7 +86,7 @@ Configuration training_configuration(const TrainerOptions& options, const Traini
   std::string weights;
   for (const double weight : options.source_weights) weights += to_text(weight) + " ";
   c["source_weights"] = weights;
-  c["optimizer"] = options.optimizer == OptimizerKind::adam ? "adam" : "sgd";
+  c["optimizer"] = name_of(options.optimizer, kOptimizers);
   c["learning_rate"] = to_text(options.learning_rate);
   c["trunk_lr_scale"] = to_text(options.trunk_lr_scale);
   c["momentum"] = to_text(options.momentum);
@@ -79,8 +97,7 @@ Configuration training_configuration(const TrainerOptions& options, const Traini
   c["final_factor"] = to_text(options.final_factor);
   c["warmup_iterations"] = std::to_string(options.warmup_iterations);
   c["teacher"] = teacher_text(data.teacher);
-  c["teacher_match"] =
-      options.teacher_match == TeacherMatch::projection ? "projection" : "relations";
+  c["teacher_match"] = name_of(options.teacher_match, kTeacherMatches);
   c["teacher_weight"] = to_text(options.teacher_weight);
   c["unlabelled_batch"] = std::to_string(options.unlabelled_batch);
   c["average"] = to_text(options.average);

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "sdmt/io/output_file.h"
 #include "sdmt/train/configuration.h"
 
 namespace sdmt::train {
@@ -35,14 +36,19 @@ std::vector<std::string> rows_up_to(const std::filesystem::path& path, std::int6
 
 TrainingLog::TrainingLog(std::filesystem::path path, std::int64_t iteration, bool has_teacher)
     : path_(std::move(path)), has_teacher_(has_teacher) {
+  const std::string header = std::string(kHeader) + (has_teacher_ ? ",teacher_loss" : "");
   const auto kept = rows_up_to(path_, iteration);
-  file_.reset(std::fopen(path_.c_str(), "w"));
+  if (!kept.empty()) {  // whole or not at all, so that none is lost
+    std::string text = header + "\n";
+    for (const auto& row : kept) text += row + "\n";
+    io::write_text_file(path_, text);
+  }
+  file_.reset(std::fopen(path_.c_str(), kept.empty() ? "w" : "a"));
   if (!file_) {
     throw std::runtime_error(path_.string() +
                              ": cannot be opened for writing: " + std::strerror(errno));
   }
-  write(std::string(kHeader) + (has_teacher_ ? ",teacher_loss" : ""));
-  for (const auto& row : kept) write(row);
+  if (kept.empty()) write(header);
 }
 
 void TrainingLog::add(const TrainingStep& step, const Validation* validation,

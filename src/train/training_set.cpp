@@ -2,12 +2,12 @@
 #include "sdmt/train/training_set.h"
 
 #include <algorithm>
-#include <cctype>
 #include <map>
 #include <stdexcept>
 #include <utility>
 
 #include "hash.h"
+#include "patches.h"
 #include "random_stream.h"
 #include "teacher_vectors.h"
 
@@ -20,12 +20,21 @@ namespace fs = std::filesystem;
 // People in the order of their pid, each with images in the order of the folder.
 using People = std::map<int, std::vector<reid::ReidImage>>;
 
-People by_person(std::vector<reid::ReidImage> images) {
+People by_person(std::vector<reid::ReidImage> images, reid::LeftOut& left_out) {
   People people;
   for (auto& image : images) {
-    if (image.pid != reid::kDistractorPid) people[image.pid].push_back(std::move(image));
+    if (image.pid != reid::kDistractorPid) {
+      people[image.pid].push_back(std::move(image));
+    } else {
+      ++left_out.background;
+    }
   }
   return people;
+}
+
+People list_people(const fs::path& root, reid::LeftOut& left_out) {
+  const fs::path folder = reid::split_folder(root, reid::Split::train);
+  return by_person(reid::list_reid_images(folder, &left_out), left_out);
 }
 
 // Adds the names of one folder's files, in order, to a fingerprint; returns their number.
@@ -64,22 +73,14 @@ People thin(People people, int limit) {
 }
 
 // A folder of images without identities, as one person.
-People list_unlabelled(const fs::path& root) {
-  const fs::path folder = reid::split_folder(root, reid::Split::train);
-  std::vector<reid::ReidImage> images;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    std::string ending = entry.path().extension().string();
-    for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    const bool hidden = entry.path().filename().string().starts_with('.');
-    if (hidden || (ending != ".jpg" && ending != ".jpeg" && ending != ".png")) continue;
-    images.push_back({entry.path(), 0, 0});
-  }
-  if (images.empty()) {
-    throw std::invalid_argument(folder.string() + ": holds no .jpg or .png image");
-  }
-  std::sort(images.begin(), images.end(),
-            [](const auto& a, const auto& b) { return a.path < b.path; });
-  return {{0, std::move(images)}};
+People list_unlabelled(const fs::path& root, reid::LeftOut& left_out) {
+  return {{0, reid::list_nameless_images(reid::split_folder(root, reid::Split::train), &left_out)}};
+}
+
+void require_visible(const image::Image& image, const fs::path& path) {
+  if (image.width >= kSmallestImage && image.height >= kSmallestImage) return;
+  throw std::invalid_argument(path.string() + ": is " + std::to_string(image.width) + "x" +
+                              std::to_string(image.height) + " pixels, expected at least 2x2");
 }
 
 struct DecodedImage {
@@ -104,6 +105,7 @@ class Decoder {
       auto& images = result.emplace_back();
       for (std::size_t i = 0; i < list.size(); ++i, ++at) {
         if (decoded[at]) {
+          require_visible(*decoded[at], paths[at]);
           images.push_back({std::move(*decoded[at]), std::move(paths[at])});
         } else {
           unreadable_.add(paths[at]);
@@ -215,8 +217,7 @@ TrainingSet load_training_set(const TrainingSetOptions& options) {
   std::size_t total = 0;
   for (const auto& root : options.folders) {
     set.sources.push_back(set_name(root));
-    auto& people = training.emplace_back(
-        by_person(reid::list_reid_images(reid::split_folder(root, reid::Split::train))));
+    auto& people = training.emplace_back(list_people(root, set.left_out));
     if (options.holdout_identities > 0) {
       const int source = static_cast<int>(training.size()) - 1;
       auto held = hold_out(people, options.holdout_identities, options.seed, source);
@@ -226,10 +227,12 @@ TrainingSet load_training_set(const TrainingSetOptions& options) {
   }
   std::vector<People> unlabelled;
   for (const auto& root : options.unlabelled_folders) {
-    total += hash_files(unlabelled.emplace_back(list_unlabelled(root)), set.fingerprint);
+    total +=
+        hash_files(unlabelled.emplace_back(list_unlabelled(root, set.left_out)), set.fingerprint);
   }
+  reid::LeftOut ignored;  // what validation leaves out is no loss
   for (const auto& root : options.validation_folders) {
-    validation.emplace_back(set_name(root), by_person(reid::list_validation_images(root)));
+    validation.emplace_back(set_name(root), by_person(reid::list_validation_images(root), ignored));
   }
   for (auto& [name, people] : validation) {
     people = thin(std::move(people), options.max_validation_images);

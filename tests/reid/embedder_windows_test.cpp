@@ -16,6 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kDimension = 128;  // of vgg16's embeddings
+
 class Windows : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -32,8 +34,7 @@ class Windows : public ::testing::Test {
 
   static double squared_distance(const float* a, const float* b) {
     double sum = 0;
-    for (int i = 0; i < kEmbeddingSize; ++i)
-      sum += (a[i] - b[i]) * static_cast<double>(a[i] - b[i]);
+    for (int i = 0; i < kDimension; ++i) sum += (a[i] - b[i]) * static_cast<double>(a[i] - b[i]);
     return sum;
   }
 
@@ -76,11 +77,11 @@ TEST_F(Windows, EveryWindowIsClosestToItsOwnCrop) {
   embedder_->describe_shifted(picture_.view(), window_, shifts, got);
   ASSERT_EQ(got.valid, std::vector<unsigned char>(shifts.size(), 1));
   for (std::size_t i = 0; i < shifts.size(); ++i) {
-    const float* row = got.values.data() + i * kEmbeddingSize;
+    const float* row = got.values.data() + i * kDimension;
     for (std::size_t j = 0; j < shifts.size(); ++j) {
       if (j == i) continue;
-      EXPECT_LT(squared_distance(row, expected.values.data() + i * kEmbeddingSize),
-                squared_distance(row, expected.values.data() + j * kEmbeddingSize))
+      EXPECT_LT(squared_distance(row, expected.values.data() + i * kDimension),
+                squared_distance(row, expected.values.data() + j * kDimension))
           << i << " and " << j;
     }
   }

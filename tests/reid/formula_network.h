@@ -57,7 +57,9 @@ struct FormulaCrop {
       }
     }
   }
-  image::ImageView view() const { return {pixels.data(), width, height, width * 3, image::ChannelOrder::bgr}; }
+  image::ImageView view() const {
+    return {pixels.data(), width, height, width * 3, image::ChannelOrder::bgr};
+  }
   image::PixelRect rect() const { return {0, 0, 1.0 * width, 1.0 * height}; }
 
   int height;
@@ -71,7 +73,7 @@ inline void write_formula_model(const std::filesystem::path& path) {
   io::SafetensorsWriter writer;
   writer.set_metadata(kModelMetadataKey, to_json({}));
   std::uint32_t stream = 0;
-  for (const auto& tensor : network.stored_tensors()) {
+  for (const auto& tensor : stored_tensors(network)) {
     ++stream;
     float low = -0.1F;
     float high = 0.1F;

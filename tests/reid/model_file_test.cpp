@@ -45,13 +45,9 @@ std::string message(const std::function<void()>& call) {
 
 // The architecture on small pictures: 2 x 3 positions of conv3_3.
 Model small_model(std::uint64_t seed) {
-  ModelMetadata metadata;
-  metadata.preprocessing.height = 8;
-  metadata.preprocessing.width = 12;
-  Model model{metadata, EmbeddingNetwork({.height = 8, .width = 12})};
-  model.network.initialize(seed);
+  Model model = untrained_model(vgg16(8, 12), seed);
   nn::Random random(seed, 99);
-  for (const auto& tensor : model.network.stored_tensors()) {
+  for (const auto& tensor : stored_tensors(model.network)) {
     if (tensor.file_shape.size() > 1) continue;
     for (float& value : tensor.value->values()) {
       value = static_cast<float>(random.uniform(0.1, 1.0));
@@ -62,11 +58,11 @@ Model small_model(std::uint64_t seed) {
 
 // Largest difference between the values of a tensor in two models, relative to the largest value.
 double difference(const Model& a, const Model& b, const std::string& name) {
-  const auto& tensors = a.network.stored_tensors();
+  const auto& tensors = stored_tensors(a.network);
   for (std::size_t t = 0; t < tensors.size(); ++t) {
     if (tensors[t].name != name) continue;
     const auto& x = *tensors[t].value;
-    const auto& y = *b.network.stored_tensors()[t].value;
+    const auto& y = *stored_tensors(b.network)[t].value;
     double worst = 0;
     double largest = 0;
     for (std::size_t i = 0; i < x.size(); ++i) {
@@ -106,7 +102,7 @@ TEST(ModelFile, KeepsPyTorchsOrder) {
   file.read_floats(file.at("features.0.weight"), conv);
   std::vector<float> fc1(128 * 1536);
   file.read_floats(file.at("head.fc1.weight"), fc1);
-  for (const auto& tensor : model.network.stored_tensors()) {
+  for (const auto& tensor : stored_tensors(model.network)) {
     const float* value = tensor.value->data();
     if (tensor.name == "features.0.weight") {
       for (std::size_t o = 0; o < 64; ++o)
@@ -128,7 +124,7 @@ TEST(ModelFile, RoundTripsBitForBitInFloat32) {
   const fs::path path = temporary("f32");
   save_model(path, model);
   const Model read = load_model(path);
-  for (const auto& tensor : model.network.stored_tensors()) {
+  for (const auto& tensor : stored_tensors(model.network)) {
     EXPECT_EQ(difference(model, read, tensor.name), 0.0) << tensor.name;
   }
   EXPECT_EQ(to_json(read.metadata), to_json(model.metadata));
@@ -149,7 +145,7 @@ TEST(ModelFile, SmallerStoragesRoundWithinTheirPrecision) {
     save_model(path, model, storage);
     EXPECT_LT(static_cast<double>(fs::file_size(path)) / 1e6, megabytes);
     Model read = load_model(path);
-    for (const auto& tensor : model.network.stored_tensors()) {
+    for (const auto& tensor : stored_tensors(model.network)) {
       const bool weight = tensor.file_shape.size() > 1;
       EXPECT_LE(difference(model, read, tensor.name), weight ? weight_error : 0.0) << tensor.name;
       if (weight) {
@@ -164,7 +160,7 @@ TEST(ModelFile, SmallerStoragesRoundWithinTheirPrecision) {
     const fs::path again = temporary("small-again");
     save_model(again, read, storage);
     Model twice = load_model(again);
-    for (const auto& tensor : model.network.stored_tensors()) {
+    for (const auto& tensor : stored_tensors(model.network)) {
       EXPECT_LE(difference(read, twice, tensor.name), 1e-7) << tensor.name;
     }
   };
@@ -174,12 +170,12 @@ TEST(ModelFile, SmallerStoragesRoundWithinTheirPrecision) {
 
 TEST(ModelFile, ChannelOfZerosSurvivesInt8) {
   Model model = small_model(5);
-  auto& conv = *model.network.stored_tensors().front().value;
+  auto& conv = *stored_tensors(model.network).front().value;
   std::fill_n(conv.data(), 27, 0.0F);
   const fs::path path = temporary("zeros");
   save_model(path, model, Storage::int8);
   const Model read = load_model(path);
-  EXPECT_EQ(read.network.stored_tensors().front().value->data()[5], 0.0F);
+  EXPECT_EQ(stored_tensors(read.network).front().value->data()[5], 0.0F);
 }
 
 TEST(ModelFile, RewritingMetadataKeepsTheTensors) {
@@ -295,24 +291,34 @@ TEST(ModelFile, RefusesFilesOfAnotherKind) {
   plain.set_metadata(kModelMetadataKey, to_json(metadata));
   plain.write(path);
   EXPECT_EQ(message([&] { load_model(path); }),
-            path.string() + ": tensor head.fc1.weight is missing");
+            path.string() +
+                ": network vgg16-conv3_3-fc128-fc128: layer conv1_1 (Conv2d) makes a map of 4096 x "
+                "4096 x 64, expected at most 2^24 values");
+  metadata.preprocessing.height = 512;
+  metadata.preprocessing.width = 512;
+  plain.set_metadata(kModelMetadataKey, to_json(metadata));
+  plain.write(path);
+  EXPECT_EQ(message([&] { load_model(path); }),
+            path.string() + ": tensor features.0.weight is missing");
   metadata.preprocessing.width = 63;
   plain.set_metadata(kModelMetadataKey, to_json(metadata));
   plain.write(path);
   EXPECT_EQ(message([&] { load_model(path); }),
-            path.string() + ": network input width is 63, expected a multiple of 4 from 4 to 4096");
+            path.string() +
+                ": network vgg16-conv3_3-fc128-fc128: layer pool1 (MaxPool2d) gets a map of 512 x "
+                "63 x 64, expected an even height and width");
 }
 
 TEST(ModelFile, DoesNotSaveWhatItCouldNotLoad) {
   const fs::path path = temporary("unsaved");
   fs::remove(path);
   Model model = small_model(9);
-  model.network.stored_tensors()[2].value->data()[0] = 1e6F;
+  stored_tensors(model.network)[2].value->data()[0] = 1e6F;
   save_model(path, model);
   fs::remove(path);
   EXPECT_EQ(message([&] { save_model(path, model, Storage::float16); }),
             "tensor features.2.weight holds 1000000.000000, which the file cannot store");
-  model.network.stored_tensors()[1].value->data()[0] = std::numeric_limits<float>::infinity();
+  stored_tensors(model.network)[1].value->data()[0] = std::numeric_limits<float>::infinity();
   EXPECT_EQ(message([&] { save_model(path, model); }),
             "tensor features.0.bias holds inf, which the file cannot store");
   model = small_model(9);
@@ -352,28 +358,28 @@ TEST(LoadTrunk, RefusesAnotherNetworkAndChangesNothing) {
             path.string() + ": tensor features.0.weight has shape [64,3,7,7], expected [64,3,3,3]");
   const Model whole = small_model(13);
   io::SafetensorsWriter partial;
-  for (const auto& tensor : whole.network.stored_tensors()) {
+  for (const auto& tensor : stored_tensors(whole.network)) {
     if (tensor.name.starts_with("features.12.")) continue;
     partial.add(tensor.name, tensor.file_shape, tensor.value->values());
   }
   partial.write(path);
   EXPECT_EQ(message([&] { load_trunk(path, target.network); }),
             path.string() + ": tensor features.12.weight is missing");
-  for (const auto& tensor : target.network.stored_tensors()) {
+  for (const auto& tensor : stored_tensors(target.network)) {
     EXPECT_EQ(difference(target, small_model(12), tensor.name), 0.0) << tensor.name;
   }
 }
 
 TEST(EmbeddingNetwork, InitialisesAsHeAndRepeats) {
-  EmbeddingNetwork a({.height = 8, .width = 12});
-  EmbeddingNetwork b({.height = 8, .width = 12});
+  EmbeddingNetwork a(vgg16(8, 12));
+  EmbeddingNetwork b(vgg16(8, 12));
   a.initialize(5);
   b.initialize(5);
-  for (std::size_t t = 0; t < a.stored_tensors().size(); ++t) {
-    const auto& tensor = a.stored_tensors()[t];
+  for (std::size_t t = 0; t < stored_tensors(a).size(); ++t) {
+    const auto& tensor = stored_tensors(a)[t];
     const auto values = tensor.value->values();
     EXPECT_TRUE(
-        std::equal(values.begin(), values.end(), b.stored_tensors()[t].value->values().begin()))
+        std::equal(values.begin(), values.end(), stored_tensors(b)[t].value->values().begin()))
         << tensor.name;
     if (tensor.file_shape.size() < 2) continue;
     double square = 0;
@@ -383,18 +389,19 @@ TEST(EmbeddingNetwork, InitialisesAsHeAndRepeats) {
     EXPECT_NEAR(variance * inputs, 2.0, 2.0 * 6 / std::sqrt(static_cast<double>(values.size())))
         << tensor.name;
   }
-  EXPECT_EQ(a.stored_tensors()[18].name, "head.bn.weight");
-  EXPECT_EQ(a.stored_tensors()[18].value->data()[0], 0.15F);
-  EXPECT_EQ(a.stored_tensors()[19].value->data()[0], 1.0F);
+  EXPECT_EQ(stored_tensors(a)[18].name, "head.bn.weight");
+  EXPECT_EQ(stored_tensors(a)[18].value->data()[0], 0.15F);
+  EXPECT_EQ(stored_tensors(a)[19].value->data()[0], 1.0F);
   b.initialize(6);
-  EXPECT_NE(a.stored_tensors()[0].value->data()[0], b.stored_tensors()[0].value->data()[0]);
+  EXPECT_NE(stored_tensors(a)[0].value->data()[0], stored_tensors(b)[0].value->data()[0]);
 }
 
 TEST(EmbeddingNetwork, RefusesSizesThatDoNotPool) {
-  EXPECT_EQ(message([] { EmbeddingNetwork({.height = 126}); }),
-            "network input height is 126, expected a multiple of 4 from 4 to 4096");
-  EXPECT_EQ(message([] { EmbeddingNetwork({.width = 0}); }),
-            "network input width is 0, expected a multiple of 4 from 4 to 4096");
+  EXPECT_EQ(message([] { EmbeddingNetwork(vgg16(126, 64)); }),
+            "network vgg16-conv3_3-fc128-fc128: layer pool2 (MaxPool2d) gets a map of 63 x 32 x "
+            "128, expected an even height and width");
+  EXPECT_EQ(message([] { EmbeddingNetwork(vgg16(128, 0)); }),
+            "network vgg16-conv3_3-fc128-fc128: input width is 0, expected 1 to 4096");
 }
 
 }  // namespace

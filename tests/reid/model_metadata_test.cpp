@@ -81,8 +81,8 @@ TEST(ModelMetadata, RefusalsNameTheKey) {
             "m.safetensors: metadata format_version is 18446744073709551615, expected a whole "
             "number");
   EXPECT_EQ(refusal("vgg16", "resnet"),
-            "m.safetensors: metadata architecture is \"resnet-conv3_3-fc128-fc128\", expected "
-            "\"vgg16-conv3_3-fc128-fc128\"");
+            "m.safetensors: metadata architecture is \"resnet-conv3_3-fc128-fc128\" without "
+            "layers, expected \"vgg16-conv3_3-fc128-fc128\" or layers beside it");
   EXPECT_EQ(refusal("\"bgr\"", "\"grb\""),
             "m.safetensors: metadata preprocessing.channel_order is \"grb\", expected \"rgb\" or "
             "\"bgr\"");

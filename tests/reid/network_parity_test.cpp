@@ -22,6 +22,7 @@ using testing_support::FormulaCrop;
 using testing_support::kFormulaCrops;
 namespace fs = std::filesystem;
 
+constexpr int kDimension = 128;  // of vgg16's embeddings
 const fs::path kFixtures = fs::path(SDMT_TESTS_DIR) / "reid/fixtures";
 
 std::vector<double> numbers(const io::Safetensors& file, const std::string& name) {
@@ -94,7 +95,7 @@ class NetworkParity : public nn::EveryTarget {
 
   static void expect_embeddings(const float* ours) {
     const auto theirs = numbers(io::Safetensors(kFixtures / "network.safetensors"), "embeddings");
-    ASSERT_EQ(theirs.size(), static_cast<std::size_t>(kFormulaCrops * kEmbeddingSize));
+    ASSERT_EQ(theirs.size(), static_cast<std::size_t>(kFormulaCrops * kDimension));
     double worst = 0;
     for (std::size_t i = 0; i < theirs.size(); ++i) {
       worst = std::max(worst, std::abs(ours[i] - theirs[i]));
@@ -182,16 +183,16 @@ TEST_P(NetworkParity, Embedder) {
   ASSERT_EQ(rows.valid.size(), crops.size());
   EXPECT_EQ(rows.valid[5], 0);
   EXPECT_EQ(std::count(rows.valid.begin(), rows.valid.end(), 1), kFormulaCrops);
-  const auto bad = rows.values.begin() + 5 * kEmbeddingSize;
-  EXPECT_TRUE(std::all_of(bad, bad + kEmbeddingSize, [](float v) { return v == 0; }));
-  rows.values.erase(bad, bad + kEmbeddingSize);
+  const auto bad = rows.values.begin() + 5 * kDimension;
+  EXPECT_TRUE(std::all_of(bad, bad + kDimension, [](float v) { return v == 0; }));
+  rows.values.erase(bad, bad + kDimension);
   expect_embeddings(rows.values.data());
 
   // A row does not depend on its company.
   image::DescriptorRows alone;
   embedder.describe(std::span(crops).subspan(3, 1), alone);
-  for (std::size_t i = 0; i < kEmbeddingSize; ++i) {
-    EXPECT_NEAR(alone.values[i], rows.values[3 * kEmbeddingSize + i], 1e-6);
+  for (std::size_t i = 0; i < kDimension; ++i) {
+    EXPECT_NEAR(alone.values[i], rows.values[3 * kDimension + i], 1e-6);
   }
   embedder.describe(std::span<const image::Crop>(), alone);
   EXPECT_TRUE(alone.values.empty());
@@ -210,6 +211,27 @@ TEST_P(TrunkParity, RealVgg16Features) {
   ASSERT_TRUE(image::extract_patch(crop.view(), crop.rect(), {}, patch.data()));
   expect_layer(io::Safetensors(kFixtures / "vgg16_conv3_3.safetensors"), "features",
                network.trunk().forward(patch, nn::Mode::inference), 4e-5);
+}
+
+// A network that only its file describes: strides, kernels, biases and normalisations of every
+// kind, weights and names as PyTorch's state_dict has them
+// (tests/parity/make_described_network.py).
+using DescribedNetwork = nn::EveryTarget;
+SDMT_INSTANTIATE_EVERY_TARGET(DescribedNetwork);
+
+TEST_P(DescribedNetwork, EmbedsAsPyTorch) {
+  const io::Safetensors file(kFixtures / "described_network.safetensors");
+  Model model = read_model(file);
+  EXPECT_EQ(model.network.description().layers.size(), 16u);
+  EXPECT_EQ(model.network.embedding_size(), 10);
+  nn::Tensor patches(model.network.input_shape(5));
+  file.read_floats(file.at("test.patches"), patches.values());
+  const auto expected = numbers(file, "test.embeddings");
+  const nn::Tensor& embeddings = model.network.forward(patches, nn::Mode::inference);
+  ASSERT_EQ(embeddings.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_NEAR(embeddings.data()[i], expected[i], 1e-5) << i;
+  }
 }
 
 }  // namespace

@@ -176,14 +176,7 @@ TrainingSet coloured_people() {
   return set;
 }
 
-reid::Model small_model() {
-  reid::Model model;
-  model.network = reid::EmbeddingNetwork({.height = 32, .width = 16});
-  model.network.initialize(1);
-  model.metadata.preprocessing.height = 32;
-  model.metadata.preprocessing.width = 16;
-  return model;
-}
+reid::Model small_model() { return reid::untrained_model(reid::vgg16(32, 16), 1); }
 
 TrainerOptions options_for_colours(std::int64_t iterations) {
   TrainerOptions options;

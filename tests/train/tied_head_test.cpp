@@ -19,10 +19,7 @@ namespace {
 using testing::HasSubstr;
 
 reid::EmbeddingNetwork small_network() {
-  reid::EmbeddingNetworkOptions options;
-  options.height = 32;  // a map of 8 x 4
-  options.width = 16;
-  reid::EmbeddingNetwork network(options);
+  reid::EmbeddingNetwork network(reid::vgg16(32, 16));  // a map of 8 x 4
   network.initialize(3);
   return network;
 }

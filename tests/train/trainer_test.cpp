@@ -6,6 +6,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <functional>
@@ -14,6 +15,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "sdmt/io/safetensors.h"
 #include "sdmt/nn/sequential.h"
 #include "sdmt/train/training_log.h"
 #include "train/temporary_data.h"
@@ -126,7 +128,7 @@ TEST_F(TrainerTest, FrozenLayersStayAsTheyWere) {
   while (!trainer.finished()) trainer.step();
   trainer.validate();
   trainer.finish();
-  const auto before = untouched.network.stored_tensors(), after = model.network.stored_tensors();
+  const auto before = stored_tensors(untouched.network), after = stored_tensors(model.network);
   for (std::size_t i = 0; i < before.size(); ++i) {
     const bool same = std::equal(before[i].value->values().begin(), before[i].value->values().end(),
                                  after[i].value->values().begin());
@@ -162,7 +164,7 @@ TEST_F(TrainerTest, TheBestValidatedWeightsAreKept) {
   EXPECT_EQ(model.metadata.training->scores.begin()->second, best);
   EXPECT_EQ(model.metadata.training->iterations, best_iteration);
   const reid::Model kept = reid::load_model(out.path() / "best");
-  const auto ours = model.network.stored_tensors(), theirs = kept.network.stored_tensors();
+  const auto ours = stored_tensors(model.network), theirs = stored_tensors(kept.network);
   for (std::size_t i = 0; i < ours.size(); ++i) {
     EXPECT_TRUE(std::equal(ours[i].value->values().begin(), ours[i].value->values().end(),
                            theirs[i].value->values().begin()))
@@ -236,6 +238,64 @@ TEST_F(TrainerTest, ForeignCheckpointsAreRefusedByTheSettingThatDiffers) {
   const std::string bytes = read_file(checkpoint);
   out.write("half", bytes.substr(0, bytes.size() / 2));
   EXPECT_THAT(message_of([&] { train(options, 5, {}, out.path() / "half"); }), HasSubstr("half"));
+}
+
+// The file once more, the bytes of one tensor changed.
+void write_changed(const fs::path& from, const fs::path& to, const std::string& tensor,
+                   const std::function<void(std::vector<std::byte>&)>& change) {
+  const io::Safetensors file(from);
+  std::vector<std::vector<std::byte>> values;
+  io::SafetensorsWriter writer;
+  for (const auto& [key, text] : file.metadata()) writer.set_metadata(key, text);
+  values.reserve(file.tensors().size());
+  bool found = false;
+  for (const auto& entry : file.tensors()) {
+    auto& bytes = values.emplace_back(entry.count() * io::dtype_size(entry.dtype));
+    file.read_bytes(entry, bytes);
+    if (entry.name == tensor) change(bytes);
+    found |= entry.name == tensor;
+    writer.add_bytes(entry.name, entry.dtype, entry.shape, bytes);
+  }
+  ASSERT_TRUE(found) << tensor;
+  writer.write(to);
+}
+
+template <typename T>
+std::function<void(std::vector<std::byte>&)> put(std::size_t index, T value) {
+  return [=](std::vector<std::byte>& bytes) {
+    std::memcpy(bytes.data() + index * sizeof value, &value, sizeof value);
+  };
+}
+
+TEST_F(TrainerTest, CheckpointsThatNoTrainingWroteAreRefused) {
+  const TemporaryData out;
+  const auto checkpoint = out.path() / "checkpoint", damaged = out.path() / "damaged";
+  const TrainerOptions options = small_options("fc1");
+  train(options, 3, checkpoint);
+  const auto refusal = [&](const std::string& tensor, const auto& change) {
+    write_changed(checkpoint, damaged, "training." + tensor, change);
+    return message_of([&] { train(options, 8, {}, damaged); });
+  };
+  for (const std::int64_t iteration : {-5L, -1L, 9L, 1'000'000'000'000L}) {
+    EXPECT_THAT(
+        refusal("progress", put(0, iteration)),
+        HasSubstr("damaged: damaged checkpoint: it is of iteration " + std::to_string(iteration)));
+  }
+  EXPECT_THAT(refusal("progress", put(1, std::int64_t{4})), HasSubstr("the best weights of 4"));
+  EXPECT_THAT(refusal("progress", put(2, 1.5)), HasSubstr("best score is 1.5"));
+  EXPECT_THAT(refusal("progress", put(2, std::nan(""))), HasSubstr("best score is nan"));
+  EXPECT_THAT(refusal("state.head.bn.running_var", put(3, -1.0F)),
+              HasSubstr("training.state.head.bn.running_var holds -1, expected values >= 0"));
+  EXPECT_THAT(refusal("best.head.bn.running_var", put(3, -1.0F)), HasSubstr("holds -1"));
+  EXPECT_THAT(refusal("optimizer.head.fc2.weight.exp_avg_sq", put(0, -1e-6F)),
+              HasSubstr("exp_avg_sq holds -1e-06"));
+  EXPECT_THAT(refusal("optimizer.head.fc2.weight.step", put(0, -1.0F)), HasSubstr("step holds -1"));
+  for (const char* tensor : {"state.head.fc2.weight", "best.head.fc1.bias",
+                             "optimizer.head.fc1.weight.exp_avg", "state.head.bn.running_mean"}) {
+    EXPECT_THAT(refusal(tensor, put(1, std::nanf(""))), HasSubstr("not finite")) << tensor;
+    EXPECT_THAT(refusal(tensor, put(1, HUGE_VALF)), HasSubstr("not finite")) << tensor;
+  }
+  EXPECT_EQ(refusal("progress", put(0, std::int64_t{3})), "no exception");
 }
 
 TEST_F(TrainerTest, ACheckpointIsAModelToo) {

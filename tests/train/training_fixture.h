@@ -30,14 +30,7 @@ inline std::string message_of(const std::function<void()>& action) {
 
 /// The paper's network on small pictures, so that a step takes milliseconds.
 inline reid::Model small_model(std::uint64_t seed = 0) {
-  reid::EmbeddingNetworkOptions options;
-  options.height = 16;
-  options.width = 8;
-  reid::Model model{{}, reid::EmbeddingNetwork(options)};
-  model.metadata.preprocessing.height = options.height;
-  model.metadata.preprocessing.width = options.width;
-  model.network.initialize(seed);
-  return model;
+  return reid::untrained_model(reid::vgg16(16, 8), seed);
 }
 
 inline TrainerOptions small_options(const std::string& first_trained) {

@@ -43,7 +43,7 @@ reid::Model formula_model() {
 }
 
 // Where a value of a file (PyTorch's order) lies in our memory.
-std::size_t in_memory(const reid::EmbeddingNetwork::StoredTensor& tensor, std::uint64_t in_file) {
+std::size_t in_memory(const reid::StoredTensor& tensor, std::uint64_t in_file) {
   std::uint64_t inputs = 1;
   for (std::size_t i = 1; i < tensor.file_shape.size(); ++i) inputs *= tensor.file_shape[i];
   const auto positions = static_cast<std::uint64_t>(tensor.positions);
@@ -60,8 +60,7 @@ bool fuses_multiply_add() {
          target != "SCALAR";
 }
 
-void expect_gradient(const io::Safetensors& fixture,
-                     const reid::EmbeddingNetwork::StoredTensor& tensor) {
+void expect_gradient(const io::Safetensors& fixture, const reid::StoredTensor& tensor) {
   const auto gradient = tensor.parameter->grad.values();
   double squares = 0;
   for (const float value : gradient) squares += static_cast<double>(value) * value;
@@ -127,7 +126,7 @@ TEST_P(TrainingParity, LossGradientsAndTenSteps) {
       for (std::size_t i = 0; i < expected.size(); ++i) {
         ASSERT_NEAR(embeddings.data()[i], expected[i], 1e-5);
       }
-      for (const auto& tensor : network.stored_tensors()) {
+      for (const auto& tensor : stored_tensors(network)) {
         if (tensor.parameter != nullptr) expect_gradient(fixture, tensor);
       }
     }

@@ -53,6 +53,39 @@ TEST(TrainingSet, PeopleOfSeveralFoldersAreDifferent) {
   EXPECT_TRUE(set.unreadable.empty());
 }
 
+TEST(TrainingSet, WhatIsLeftOutIsCountedByReason) {
+  const TemporaryData data;
+  data.write_people(2, 2);
+  data.write_image("0000_c1s1_000001_00.jpg", image::Image(8, 8));
+  data.write_image("-1_c1s1_000001_00.jpg", image::Image(8, 8));
+  data.write_image("-1_c1s1_000002_00.jpg", image::Image(8, 8));
+  data.touch("0001_c1s1_000009_00.bmp");
+  data.touch("Thumbs.db");
+  data.touch("notes.txt");
+  data.touch("._0001_c1s1_000000_00.png");  // what a Mac leaves beside each file
+  const TrainingSet set = load_training_set(of(data.path()));
+  EXPECT_EQ(set.images.size(), 4u);
+  EXPECT_EQ(set.left_out.background, 1u);
+  EXPECT_EQ(set.left_out.junk, 2u);
+  EXPECT_EQ(set.left_out.other_files, 3u);
+  EXPECT_TRUE(set.unreadable.empty());
+}
+
+TEST(TrainingSet, LinksThatLeadNowhereCannotBeRead) {
+  const TemporaryData data;
+  data.write_people(3, 2);
+  std::filesystem::create_symlink("gone.png", data.path() / "0001_c1s1_000009_00.png");
+  EXPECT_THAT(message_of(of(data.path())), HasSubstr("1 of 7 images cannot be read"));
+}
+
+TEST(TrainingSet, AnImageOfOnePixelIsNamed) {
+  const TemporaryData data;
+  data.write_people(3, 2);
+  data.write_image("0001_c1s1_000009_00.png", image::Image(1, 8));
+  EXPECT_THAT(message_of(of(data.path())),
+              HasSubstr("0001_c1s1_000009_00.png: is 1x8 pixels, expected at least 2x2"));
+}
+
 TEST(TrainingSet, DistractorsAreNobody) {
   const TemporaryData data;
   data.write_people(2, 2);

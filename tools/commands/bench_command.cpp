@@ -29,6 +29,7 @@ namespace {
 using nlohmann::ordered_json;
 
 struct BenchOptions {
+  std::string architecture = "vgg16";
   std::string model;
   std::vector<int> batches{1, 8, 40, 128};
   bool train = false;
@@ -82,7 +83,7 @@ Timing measure_training(reid::EmbeddingNetwork& network, int batch, bool frozen,
   }
   nn::Adam optimizer(parameters, {.learning_rate = 1e-6});
   const nn::Tensor patches = random_tensor(network.input_shape(batch), 1);
-  const nn::Tensor gradient = random_tensor({batch, 1, 1, reid::kEmbeddingSize}, 2);
+  const nn::Tensor gradient = random_tensor({batch, 1, 1, network.embedding_size()}, 2);
   nn::Tensor feature_gradient;
   return measure(repeat, [&] {
     optimizer.zero_grad();
@@ -97,12 +98,10 @@ Timing measure_training(reid::EmbeddingNetwork& network, int batch, bool frozen,
 
 void run(const BenchOptions& options) {
   check_outputs({{"--model", options.model}}, {{"--json", options.json}});
-  reid::Model model;
-  if (options.model.empty()) {
-    model.network.initialize(0);
-  } else {
-    model = reid::load_model(options.model);
-  }
+  reid::Model model =
+      options.model.empty()
+          ? reid::untrained_model(reid::find_architecture(options.architecture), 0)
+          : reid::load_model(options.model);
   reid::EmbeddingNetwork& network = model.network;
   ordered_json result;
   result["threads"] = omp_get_max_threads();
@@ -153,8 +152,15 @@ void run(const BenchOptions& options) {
 void add_bench_command(CLI::App& app) {
   auto options = std::make_shared<BenchOptions>();
   CLI::App* command = app.add_subcommand("bench", "Measure the network on this machine");
-  command->add_option("--model", options->model, "Model file [random weights: fc1 stays float32]")
-      ->type_name("FILE");
+  auto* architecture = command
+                           ->add_option("--architecture", options->architecture,
+                                        "vgg16 (the paper's), lite, or a file that describes a "
+                                        "network; random weights, so fc1 stays float32")
+                           ->type_name("NAME|FILE.json")
+                           ->capture_default_str();
+  command->add_option("--model", options->model, "Model file in its place")
+      ->type_name("FILE")
+      ->excludes(architecture);
   command->add_option("--batch", options->batches, "Patches at once, a list")
       ->delimiter(',')
       ->check(CLI::Range(1, 4096))

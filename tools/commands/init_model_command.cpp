@@ -14,6 +14,7 @@ namespace sdmt::tools {
 namespace {
 
 struct InitModelOptions {
+  std::string architecture = "vgg16";
   std::string trunk;
   std::uint64_t seed = 0;
   std::string output;
@@ -21,8 +22,8 @@ struct InitModelOptions {
 
 void run(const InitModelOptions& options) {
   check_outputs({{"--trunk", options.trunk}}, {{"--output", options.output}});
-  reid::Model model;
-  model.network.initialize(options.seed);
+  reid::Model model =
+      reid::untrained_model(reid::find_architecture(options.architecture), options.seed);
   if (options.trunk.empty()) {
     model.metadata.provenance = fmt::format("random weights, seed {}", options.seed);
   } else {
@@ -45,9 +46,14 @@ void add_init_model_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "init-model", "Make a model with an untrained head, to train or to measure");
   command
+      ->add_option("--architecture", options->architecture,
+                   "vgg16 (the paper's), lite, or a file that describes a network")
+      ->type_name("NAME|FILE.json")
+      ->capture_default_str();
+  command
       ->add_option("--trunk", options->trunk,
-                   "safetensors file with VGG-16 convolutions under torchvision's names; a whole "
-                   "VGG-16 will do [random]")
+                   "safetensors file with the trunk's weights under the names of a model file: for "
+                   "vgg16 torchvision's, a whole VGG-16 will do [random]")
       ->type_name("FILE");
   command->add_option("--seed", options->seed, "Of the random weights")->capture_default_str();
   command->add_option("--output", options->output, "Model file to write")

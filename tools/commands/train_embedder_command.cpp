@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -19,10 +18,10 @@
 #include "cli/command.h"
 #include "cli/console.h"
 #include "cli/json_file.h"
-#include "cli/named_values.h"
 #include "cli/output_paths.h"
 #include "cli/progress.h"
 #include "cli/stop_signal.h"
+#include "cli/training_arguments.h"
 #include "sdmt/reid/model_file.h"
 #include "sdmt/train/pair_classifier.h"
 #include "sdmt/train/trainer.h"
@@ -35,58 +34,40 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-struct Arguments {
-  train::TrainingSetOptions data;
-  train::TrainerOptions trainer;
-  std::string output, trunk, model, unfreeze, tie = "8x2";
-  std::string head = "metric";
-  bool freeze_trunk = false;
-  reid::Storage storage = reid::Storage::float32;
-  std::string checkpoint, resume, log, feature_cache, json;
-  std::int64_t checkpoint_every = 1000;
-};
-
-// Ends the caching of features, which has no other way out.
+// Thrown out of the caching of features, which cannot be stopped otherwise.
 struct Stopped {};
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-std::optional<train::BlockGrid> parse_tie(const std::string& text) {
-  if (text == "none") return std::nullopt;
-  train::BlockGrid grid;
-  std::size_t used = 0;
-  try {
-    grid.rows = std::stoi(text, &used);
-    if (used < text.size() && text[used] == 'x') {
-      const std::string rest = text.substr(used + 1);
-      grid.columns = std::stoi(rest, &used);
-      if (used == rest.size()) return grid;
-    }
-  } catch (const std::logic_error&) {
-    // not a number: reported below
-  }
-  throw std::invalid_argument("--tie is '" + text +
-                              "', expected ROWSxCOLUMNS, such as 8x2, or none");
-}
-
-reid::Model starting_model(const Arguments& arguments) {
+reid::Model starting_model(const TrainingArguments& arguments) {
   if (!arguments.model.empty()) return reid::load_model(arguments.model);
-  reid::Model model;
-  model.network.initialize(arguments.trainer.seed);
+  reid::Model model = reid::untrained_model(reid::find_architecture(arguments.architecture),
+                                            arguments.trainer.seed);
   if (!arguments.trunk.empty()) {
     const auto ignored = reid::load_trunk(arguments.trunk, model.network);
     model.metadata.provenance = "trunk from " + fs::path(arguments.trunk).filename().string();
     if (!ignored.empty()) {
-      say(stdout, "{}: {} tensors besides conv1_1 to conv3_3 are ignored, the first is {}\n",
+      say(stdout, "{}: {} tensors besides the trunk are ignored, the first is {}\n",
           arguments.trunk, ignored.size(), ignored.front());
     }
   }
   return model;
 }
 
-void describe(const train::TrainingSet& set, const Arguments& arguments,
+// One line, or nothing.
+std::string left_out(const reid::LeftOut& files) {
+  std::string text;
+  for (const auto& [count, what] : {std::pair(files.background, "of the background (pid 0000)"),
+                                    std::pair(files.junk, "of no use (pid -1)"),
+                                    std::pair(files.other_files, "neither .jpg nor .png")}) {
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
+  }
+  return text.empty() ? "" : "left out: " + text + "\n";
+}
+
+void describe(const train::TrainingSet& set, const TrainingArguments& arguments,
               const train::Trainer& trainer) {
   say(stdout, "training on {} images of {} people\n", set.images.size(), set.identities.size());
   if (!set.unlabelled.empty()) {
@@ -104,6 +85,7 @@ void describe(const train::TrainingSet& set, const Arguments& arguments,
         validation.images.size(), validation.labels.back() + 1);
   }
   for (const auto& path : set.unreadable) say(stdout, "left out, unreadable: {}\n", path.string());
+  say(stdout, "{}", left_out(set.left_out));
   if (trainer.cache_bytes() > 0) {
     say(stdout, "features of {} views of each image take {} MiB {}\n", arguments.trainer.views,
         trainer.cache_bytes() >> 20,
@@ -117,8 +99,32 @@ std::string scores(const train::Validation& validation) {
   return text;
 }
 
+// A checkpoint that cannot be written, because another program holds it or the disk is full, does
+// not end a training of hours: it is tried again.
+class Checkpoints {
+ public:
+  Checkpoints(std::string path, std::int64_t every) : path_(std::move(path)), every_(every) {}
+
+  void after(std::int64_t iteration, train::Trainer& trainer) {
+    constexpr std::int64_t kRetry = 10;  // iterations
+    if (iteration % every_ != 0 && !(owed_ && iteration % kRetry == 0)) return;
+    try {
+      trainer.save_checkpoint(path_);
+      owed_ = false;
+    } catch (const std::runtime_error& error) {
+      if (!owed_) say(stderr, "warning: {}; the checkpoint is tried again\n", error.what());
+      owed_ = true;
+    }
+  }
+
+ private:
+  std::string path_;
+  std::int64_t every_;
+  bool owed_ = false;
+};
+
 // The training itself. Returns false when a signal ended it.
-bool run(train::Trainer& trainer, const Arguments& arguments, const StopSignal& stop,
+bool run(train::Trainer& trainer, const TrainingArguments& arguments, const StopSignal& stop,
          nlohmann::ordered_json& report) {
   std::optional<train::TrainingLog> log;
   if (!arguments.log.empty()) {
@@ -126,6 +132,7 @@ bool run(train::Trainer& trainer, const Arguments& arguments, const StopSignal& 
   }
   const double batch = arguments.trainer.identities * arguments.trainer.instances +
                        (trainer.data().unlabelled.empty() ? 0 : arguments.trainer.unlabelled_batch);
+  Checkpoints checkpoints(arguments.checkpoint, arguments.checkpoint_every);
   const auto start = Clock::now();
   const auto first = trainer.iteration();
   double loss = 0;
@@ -156,9 +163,7 @@ bool run(train::Trainer& trainer, const Arguments& arguments, const StopSignal& 
       }
       if (log) log->add(step, validation ? &*validation : nullptr, rate);
       progress.update(step.iteration, fmt::format("loss {:.5f}, {:.0f} images/s", loss, rate));
-      if (step.iteration % arguments.checkpoint_every == 0) {
-        trainer.save_checkpoint(arguments.checkpoint);
-      }
+      checkpoints.after(step.iteration, trainer);
     }
   }
   const double seconds = seconds_since(start);
@@ -171,7 +176,7 @@ bool run(train::Trainer& trainer, const Arguments& arguments, const StopSignal& 
 }
 
 // What a baseline that takes minutes does without.
-void refuse_options_of_the_metric_head(const Arguments& arguments) {
+void refuse_options_of_the_metric_head(const TrainingArguments& arguments) {
   for (const auto& [option, value] :
        {std::pair("--resume", arguments.resume), std::pair("--log", arguments.log),
         std::pair("--json", arguments.json), std::pair("--unfreeze", arguments.unfreeze),
@@ -185,7 +190,7 @@ void refuse_options_of_the_metric_head(const Arguments& arguments) {
 
 // The paper's other network, a baseline: no checkpoints, as it takes minutes.
 void run_pair_classifier(reid::Model& model, const train::TrainingSet& data,
-                         const Arguments& arguments, const StopSignal& stop) {
+                         const TrainingArguments& arguments, const StopSignal& stop) {
   std::unique_ptr<Progress> progress;
   std::int64_t cached = 0;
   train::PairTrainingEvents events;
@@ -220,10 +225,8 @@ void run_pair_classifier(reid::Model& model, const train::TrainingSet& data,
   }
 }
 
-void train_embedder(Arguments arguments) {
+void train_embedder(TrainingArguments arguments) {
   arguments.data.seed = arguments.trainer.seed;
-  arguments.trainer.tie = parse_tie(arguments.tie);
-  if (arguments.freeze_trunk) arguments.trainer.first_trained = "fc1";
   if (!arguments.unfreeze.empty()) arguments.trainer.first_trained = arguments.unfreeze;
   if (arguments.checkpoint.empty()) arguments.checkpoint = arguments.output + ".checkpoint";
   arguments.trainer.validate();
@@ -239,6 +242,7 @@ void train_embedder(Arguments arguments) {
 
   const StopSignal stop;
   reid::Model model = starting_model(arguments);
+  if (arguments.freeze_trunk) arguments.trainer.first_trained = model.network.head().name(0);
   train::TrainingSet data = train::load_training_set(arguments.data);
   nlohmann::ordered_json report;
   report["images"] = data.images.size();
@@ -280,165 +284,12 @@ void train_embedder(Arguments arguments) {
   write_json_file(arguments.json, report);
 }
 
-void add_data_options(CLI::App& command, Arguments& a) {
-  command
-      .add_option("--data", a.data.folders,
-                  "Data set in Market-1501's layout, or a folder of its images; several at once, "
-                  "their people taken to be different")
-      ->required();
-  command.add_option("--unlabelled", a.data.unlabelled_folders,
-                     "Folder of images without identities, which learn from the teacher only; "
-                     "several at once");
-  command
-      .add_option("--unlabelled-batch", a.trainer.unlabelled_batch,
-                  "Images without identities in a batch, beside those of people")
-      ->capture_default_str();
-  command.add_option("--data-weights", a.trainer.source_weights,
-                     "Share of each --data in a batch [as many as it has people]");
-  command
-      .add_option("--holdout-ids", a.data.holdout_identities,
-                  "People of each --data kept out to validate on")
-      ->capture_default_str();
-  command.add_option("--validate", a.data.validation_folders,
-                     "Data set to validate on (query and gallery); several at once");
-  command
-      .add_option("--validate-every", a.trainer.validate_every, "Iterations between validations")
-      ->capture_default_str();
-}
-
-void add_model_options(CLI::App& command, Arguments& a) {
-  command.add_option("--output", a.output, "Model file to write")->required();
-  auto* trunk = command.add_option("--trunk", a.trunk,
-                                   "Pre-trained VGG-16 with torchvision's names [random weights]");
-  command.add_option("--model", a.model, "Model to go on from, trunk and head")->excludes(trunk);
-  auto* freeze =
-      command.add_flag("--freeze-trunk", a.freeze_trunk, "Train the head only, on cached features");
-  command
-      .add_option("--unfreeze", a.unfreeze,
-                  "First layer of the trunk to train, such as conv3_1; those before stay")
-      ->excludes(freeze);
-  command
-      .add_option("--head", a.head,
-                  "metric, or pair-classifier: the paper's other network, a baseline for "
-                  "validate-roc --pair-classifier, always on the frozen trunk, without checkpoints")
-      ->check(CLI::IsMember({"metric", "pair-classifier"}))
-      ->capture_default_str();
-  command.add_option("--tie", a.tie, "Blocks of the map that share FC1's weights, or none")
-      ->capture_default_str();
-  command.add_option("--storage", a.storage, "Of the weights: float32, float16 or int8 [float32]")
-      ->transform(by_name<reid::Storage>({{"float32", reid::Storage::float32},
-                                          {"float16", reid::Storage::float16},
-                                          {"int8", reid::Storage::int8}}))
-      ->type_name("NAME");
-}
-
-void add_teacher_options(CLI::App& command, Arguments& a) {
-  command
-      .add_option("--teacher", a.data.teachers,
-                  "Vectors of another network for all images, as `sdmt embed` writes them; several "
-                  "files together are one teacher")
-      ->type_name("FILE");
-  command
-      .add_option("--teacher-match", a.trainer.teacher_match,
-                  "projection: the teacher's vectors, in their principal axes where they have more "
-                  "dimensions; relations: dot products of the images of a batch [projection]")
-      ->transform(by_name<train::TeacherMatch>({{"projection", train::TeacherMatch::projection},
-                                                {"relations", train::TeacherMatch::relations}}))
-      ->type_name("NAME");
-  command.add_option("--teacher-weight", a.trainer.teacher_weight, "Of the teacher's loss")
-      ->capture_default_str();
-}
-
-void add_optimisation_options(CLI::App& command, train::TrainerOptions& o) {
-  command.add_option("--iterations", o.iterations)->capture_default_str();
-  command.add_option("--identities", o.identities, "People in a batch (P)")->capture_default_str();
-  command.add_option("--instances", o.instances, "Images of each (K)")->capture_default_str();
-  command.add_option("--loss", o.loss.kind, "contrastive or triplet [contrastive]")
-      ->transform(by_name<train::LossKind>(
-          {{"contrastive", train::LossKind::contrastive}, {"triplet", train::LossKind::triplet}}))
-      ->type_name("NAME");
-  command.add_option("--margin", o.loss.margin)->capture_default_str();
-  command.add_option("--triplet-scale", o.loss.triplet_scale)->capture_default_str();
-  command.add_option("--optimizer", o.optimizer, "adam or sgd [adam]")
-      ->transform(by_name<train::OptimizerKind>(
-          {{"adam", train::OptimizerKind::adam}, {"sgd", train::OptimizerKind::sgd}}))
-      ->type_name("NAME");
-  command.add_option("--lr", o.learning_rate, "Learning rate of the head")->capture_default_str();
-  command.add_option("--trunk-lr-scale", o.trunk_lr_scale, "The trunk's, relative to the head's")
-      ->capture_default_str();
-  command.add_option("--momentum", o.momentum, "Of sgd")->capture_default_str();
-  command.add_option("--weight-decay", o.weight_decay)->capture_default_str();
-  command.add_option("--clip-norm", o.clip_norm, "Largest gradient norm [no limit]");
-  command.add_option("--schedule", o.decay, "cosine, exponential or constant [cosine]")
-      ->transform(
-          by_name<nn::LearningRateDecay>({{"cosine", nn::LearningRateDecay::cosine},
-                                          {"exponential", nn::LearningRateDecay::exponential},
-                                          {"constant", nn::LearningRateDecay::constant}}))
-      ->type_name("NAME");
-  command.add_option("--decay-start", o.decay_start, "Fraction of the iterations")
-      ->capture_default_str();
-  command.add_option("--final-lr", o.final_factor, "Last learning rate, relative to the first")
-      ->capture_default_str();
-  command.add_option("--warmup", o.warmup_iterations, "Iterations")->capture_default_str();
-  command
-      .add_option("--average", o.average,
-                  "Moving average of the weights, validated and saved in their place: what a step "
-                  "keeps of it, such as 0.999; 0: none")
-      ->capture_default_str();
-  command.add_option("--seed", o.seed)->capture_default_str();
-}
-
-void add_augmentation_options(CLI::App& command, train::TrainerOptions& o) {
-  train::AugmentationOptions& a = o.augmentation;
-  command
-      .add_option("--views", o.views,
-                  "Ways to look at each image, computed once through the frozen layers; 0: anew in "
-                  "each iteration")
-      ->capture_default_str();
-  const auto add = [&command](const char* name, double& value, const char* help) {
-    command.add_option(name, value, help)->capture_default_str();
-  };
-  add("--flip", a.flip, "Probability of a mirror image");
-  add("--translate", a.translate, "Shift of the box, fraction of its size");
-  add("--scale", a.scale, "Change of the box's size, fraction");
-  add("--brightness", a.brightness, "Gain of all channels, up to 1 + this");
-  add("--contrast", a.contrast, "Change of contrast, fraction");
-  add("--tint", a.tint, "Gain of single channels, fraction");
-  add("--saturation", a.saturation, "Change of saturation, fraction");
-  add("--grey", a.grey, "Probability of losing all colour");
-  add("--low-resolution", a.low_resolution, "Probability of a lower resolution");
-  add("--blur", a.blur, "Probability of a blur");
-  add("--erase", a.erase, "Probability of an erased rectangle");
-  add("--crop", a.crop, "Probability of losing up to a third of the height");
-  add("--gamma", a.gamma, "Power of the values, up to 1 + this");
-  add("--offset", a.offset, "Added to all channels, fraction of their range");
-  add("--grey-patch", a.grey_patch, "Probability of a rectangle without colour");
-  add("--noise", a.noise, "Largest deviation of noise, of 255");
-}
-
-void add_file_options(CLI::App& command, Arguments& a) {
-  command.add_option("--checkpoint", a.checkpoint, "File of checkpoints [OUTPUT.checkpoint]");
-  command.add_option("--checkpoint-every", a.checkpoint_every, "Iterations")
-      ->check(CLI::Range(std::int64_t{1}, std::numeric_limits<std::int64_t>::max()))
-      ->capture_default_str();
-  command.add_option("--resume", a.resume, "Checkpoint to go on from, bit for bit");
-  command.add_option("--log", a.log, "CSV file, one row an iteration");
-  command.add_option("--feature-cache", a.feature_cache,
-                     "Keep the features in this file, and take them from it when it exists");
-  command.add_option("--json", a.json, "Result as JSON");
-}
-
 }  // namespace
 
 void add_train_embedder_command(CLI::App& app) {
   auto* command = app.add_subcommand("train-embedder", "Train the appearance network");
-  const auto arguments = std::make_shared<Arguments>();
-  add_data_options(*command, *arguments);
-  add_model_options(*command, *arguments);
-  add_teacher_options(*command, *arguments);
-  add_optimisation_options(*command, arguments->trainer);
-  add_augmentation_options(*command, arguments->trainer);
-  add_file_options(*command, *arguments);
+  const auto arguments = std::make_shared<TrainingArguments>();
+  add_training_options(*command, *arguments);
   command->callback([arguments] { train_embedder(*arguments); });
 }
 

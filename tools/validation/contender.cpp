@@ -99,12 +99,13 @@ Contender embedding_contender(reid::Model model) {
 }
 
 Contender untrained_head_contender(reid::Model model, std::uint64_t seed) {
-  reid::EmbeddingNetwork untrained(model.network.options());
+  reid::EmbeddingNetwork untrained(model.network.description());
   untrained.initialize(seed);
-  const auto fresh = untrained.stored_tensors();
-  const auto tensors = model.network.stored_tensors();
-  for (std::size_t i = 0; i < tensors.size(); ++i) {
-    if (tensors[i].name.starts_with("head.")) *tensors[i].value = *fresh[i].value;
+  const auto& fresh = untrained.state();
+  const auto& state = model.network.state();
+  for (std::size_t i = 0; i < state.size(); ++i) {
+    const bool in_head = state[i].layer >= model.network.description().first_of_head();
+    if (in_head) *state[i].value = *fresh[i].value;
   }
   model.network.parameters_changed();
   model.metadata.tau_a.reset();

@@ -14,7 +14,7 @@ namespace sdmt::reid {
 
 struct EmbedderOptions {
   /// Crops that go through the network at once, 1..4096; more are embedded in pieces of equal size.
-  /// Memory grows by about 7 MB a crop.
+  /// Memory grows by about 7 MB a crop (vgg16).
   int max_batch = 40;
 
   void validate() const;
@@ -29,12 +29,13 @@ class Embedder final : public image::CropDescriptor {
 
   const ModelMetadata& metadata() const { return model_.metadata; }
   std::string name() const override { return "embedding"; }
-  int dimension() const override { return kEmbeddingSize; }
+  int dimension() const override { return model_.network.embedding_size(); }
   /// The threshold that validation stored in the model file.
   std::optional<double> tau_a() const override;
   void describe(std::span<const image::Crop> crops, image::DescriptorRows& out) override;
-  /// Much quicker than describe() of overlapping windows when the network's input is 128 x 64: its
-  /// trunk runs once over the region that all windows cover, and the head on windows of its map.
+  /// Much quicker than describe() of overlapping windows when the network's trunk keeps positions,
+  /// as padded convolutions do, and makes a map of 32 x 16: it runs once over the region that all
+  /// windows cover, and the head on windows of its map.
   /// Along its edges a window then sees the image around it, where a crop sees zeros. Throws
   /// std::invalid_argument when a shifted window leaves the image.
   void describe_shifted(const image::ImageView& image, const image::PixelRect& window,

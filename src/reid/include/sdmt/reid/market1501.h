@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <vector>
 
@@ -20,14 +21,31 @@ struct ReidImage {
 /// bounding_box_test (the gallery, which holds the distractors).
 enum class Split { train, query, gallery };
 
+/// What a folder holds beside the images that are taken from it.
+struct LeftOut {
+  std::size_t background = 0;   ///< images of pid 0000, where people are asked for
+  std::size_t junk = 0;         ///< images of pid -1
+  std::size_t other_files = 0;  ///< of other kinds (.bmp, Thumbs.db); hidden ones are not counted
+
+  LeftOut& operator+=(const LeftOut& other);
+};
+
 /// All .jpg, .jpeg and .png files directly in `folder`, sorted by file name, so that the order does
 /// not depend on the file system. The names are those of Market-1501: PID_cCAM..., as in
 /// 0002_c1s1_000451_03.jpg; what follows the camera is free. Junk (pid -1: bad boxes, which the
 /// protocol neither rewards nor punishes) is dropped, distractors (0000) are kept.
-/// Files of other kinds (Thumbs.db) are passed over. Images are not opened.
+/// Files of other kinds (Thumbs.db) and hidden ones (._0002_c1.jpg) are passed over. Images are not
+/// opened; a link that leads nowhere is an image that cannot be read. What is left out is added to
+/// `left_out` unless it is null.
 /// Throws std::invalid_argument when the folder does not exist, has no such image, or a name does
 /// not parse; the message names the folder or file.
-std::vector<ReidImage> list_reid_images(const std::filesystem::path& folder);
+std::vector<ReidImage> list_reid_images(const std::filesystem::path& folder,
+                                        LeftOut* left_out = nullptr);
+
+/// The files of such a folder whatever their names; pid and camid are 0. Throws as
+/// list_reid_images() but for names.
+std::vector<ReidImage> list_nameless_images(const std::filesystem::path& folder,
+                                            LeftOut* left_out = nullptr);
 
 /// Where the images of `split` lie for a data set at `root`: its subfolder of Market-1501's name
 /// or, for Split::train only and when there is no such subfolder, `root` itself. Throws

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -16,6 +17,24 @@ struct Model {
   ModelMetadata metadata;
   EmbeddingNetwork network;
 };
+
+/// A model of that architecture with random weights, see EmbeddingNetwork::initialize().
+Model untrained_model(const NetworkDescription& network, std::uint64_t seed);
+
+/// A tensor of a network as a model file holds it.
+struct StoredTensor {
+  std::string name;                       ///< in the file; see LayerDescription::tensor_name()
+  std::vector<std::uint64_t> file_shape;  ///< as PyTorch has it: [out,in,kh,kw], [out,in] or [out]
+  /// The file keeps PyTorch's order: the values of one output lie as [channels][positions] in the
+  /// file and as [positions][channels] in memory. 9 for a 3x3 convolution, h * w for a Linear that
+  /// reads a map of h x w, 1 where both orders are the same.
+  int positions = 1;
+  nn::Tensor* value = nullptr;
+  nn::Parameter* parameter = nullptr;  ///< nullptr for running statistics
+};
+/// All parameters and running statistics of the network, in the order of its layers. After values
+/// were changed through them, network.parameters_changed() must be called.
+std::vector<StoredTensor> stored_tensors(const EmbeddingNetwork& network);
 
 /// How a file keeps the weights of convolutions and fully connected layers. Biases and batch
 /// normalisation are always float32.
@@ -44,10 +63,10 @@ void add_model(io::SafetensorsWriter& writer, const Model& model, Storage storag
 /// save_model() do.
 void rewrite_metadata(const std::filesystem::path& path, const ModelMetadata& metadata);
 
-/// Replaces the trunk's weights by those of a file with torchvision's names (features.0.weight,
-/// ...; a whole VGG-16 will do). Returns the names of the file's other tensors, which are ignored.
-/// Throws std::invalid_argument naming file and tensor when one is missing or has another shape;
-/// the network is then unchanged.
+/// Replaces the trunk's weights by those of a file that holds them under the names that a model
+/// file has, and perhaps others (for vgg16: torchvision's VGG-16). Returns the names of the file's
+/// other tensors, which are ignored. Throws std::invalid_argument naming file and tensor when one
+/// is missing or has another shape; the network is then unchanged.
 std::vector<std::string> load_trunk(const std::filesystem::path& path, EmbeddingNetwork& network);
 
 }  // namespace sdmt::reid

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sdmt/image/preprocessing.h"
+#include "sdmt/reid/network_description.h"
 
 namespace sdmt::reid {
 
@@ -33,30 +34,39 @@ struct TrainingSummary {
 /// Everything a model file says about its network beside the weights.
 struct ModelMetadata {
   static constexpr int kFormatVersion = 1;
-  static constexpr std::string_view kArchitecture = "vgg16-conv3_3-fc128-fc128";
 
   int format_version = kFormatVersion;
-  std::string architecture{kArchitecture};
-  image::Preprocessing preprocessing;
-  /// Order in which head.fc1.weight of the file reads the feature map: "CHW", as PyTorch flattens.
+  std::string architecture;              ///< name of the network [vgg16's]
+  std::vector<LayerDescription> layers;  ///< of the network [vgg16's]
+  image::Preprocessing preprocessing;    ///< its height and width are the network's input
+  /// Order in which the first Linear's weight in the file reads the feature map: "CHW", as PyTorch
+  /// flattens.
   std::string flatten_order = "CHW";
   double margin = 0.2;                      ///< of the contrastive loss; > 0
   std::optional<AffinityThreshold> tau_a;   ///< absent until validated
   std::optional<TrainingSummary> training;  ///< absent for an untrained network
   std::string provenance;                   ///< free text: where the weights come from, licence
 
+  /// Of vgg16, or of another network; all the rest is at its default.
+  ModelMetadata();
+  explicit ModelMetadata(NetworkDescription network);
+
+  /// The network: architecture, layers, and the input's height and width.
+  NetworkDescription network() const;
+
   /// Throws std::invalid_argument naming the field, its value and the bound.
   void validate() const;
 };
 
-/// One JSON object in one line, keys in a fixed order.
+/// One JSON object in one line, keys in a fixed order. The layers of vgg16 are left out.
 std::string to_json(const ModelMetadata& metadata);
 
 /// Reads what to_json() wrote. Keys it does not know are ignored, so that files of later minor
 /// versions open; optional ones may be absent. Throws std::invalid_argument naming `source`, the
 /// key and what was expected: for text that is no JSON object, a missing format_version,
-/// architecture or preprocessing, a value of the wrong type or range, another architecture or
-/// flatten order, a format_version above kFormatVersion.
+/// architecture or preprocessing, a value of the wrong type or range, layers that make no network
+/// or are missing (for another architecture than vgg16), another flatten order, a format_version
+/// above kFormatVersion.
 ModelMetadata parse_model_metadata(std::string_view json, const std::string& source);
 
 }  // namespace sdmt::reid

@@ -8,7 +8,7 @@
 
 namespace sdmt::train {
 
-/// Blocks over which the first fully connected layer is tied while it is trained.
+/// Blocks over which the first fully connected layer (FC1) is tied while it is trained.
 ///
 /// The paper's FC1 reads the flattened 32 x 16 x 256 map: 16.8 million weights, which a few
 /// thousand people cannot determine. Tied, all positions of a block of the map share their weights:
@@ -22,7 +22,7 @@ struct BlockGrid {
   bool operator==(const BlockGrid&) const = default;
 };
 
-/// The head of `network` with FC1 tied: layers "blocks", "fc1", "relu1", "fc2", "bn", "l2". Weights
+/// The head of `network` with FC1, its first layer, tied: "blocks", then its layers. Weights
 /// and statistics are copies; a tied weight is the sum over its block, so that an FC1 that was tied
 /// before comes back as it was, and He initialisation stays He initialisation. Throws
 /// std::invalid_argument when the blocks do not fill the map.

@@ -39,9 +39,10 @@ struct TrainerOptions {
   /// Images without identities in a batch beside the P x K, >= 0; none when the set has none.
   int unlabelled_batch = 32;
 
-  /// First layer that is trained, all before it stay as they are: a convolution of the trunk
-  /// ("conv1_1": the whole network, "conv3_1": its last block), or "fc1": the head only.
-  std::string first_trained = "conv1_1";
+  /// First layer that is trained, all before it stay as they are: a layer of the trunk ("conv3_1":
+  /// the last block of vgg16), or the first of the head ("fc1": the head only). Empty: the whole
+  /// network.
+  std::string first_trained;
   std::optional<BlockGrid> tie = BlockGrid{};  ///< absent: the paper's FC1 with all its weights
   AugmentationOptions augmentation;
   /// Ways to look at each image, computed once through the frozen layers and then drawn from: as it

@@ -19,11 +19,11 @@ namespace sdmt::train {
 class TrainingLog {
  public:
   /// Begins a new file; for a training that goes on after `iteration` steps (> 0) an older file of
-  /// that name keeps its rows up to there. Throws std::runtime_error naming the file when it cannot
-  /// be written.
+  /// that name keeps its rows up to there, whatever happens while it is rewritten. Throws
+  /// std::runtime_error naming the file when it cannot be written, and as io::OutputFile.
   explicit TrainingLog(std::filesystem::path path, std::int64_t iteration = 0,
                        bool has_teacher = false);
-  /// `validation` may be null. Throws as the constructor.
+  /// `validation` may be null. Throws std::runtime_error naming the file.
   void add(const TrainingStep& step, const Validation* validation, double images_per_second);
 
  private:

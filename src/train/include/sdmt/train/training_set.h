@@ -36,7 +36,8 @@ struct TrainingSet {
   nn::Tensor teacher;                ///< a vector for each image [images,1,1,d]; empty: no teacher
   std::vector<std::string> sources;  ///< names of the folders
   std::vector<ValidationSet> validation;
-  std::vector<std::filesystem::path> unreadable;  ///< left out
+  std::vector<std::filesystem::path> unreadable;  ///< left out, also links that lead nowhere
+  reid::LeftOut left_out;                         ///< of the folders trained on, other reasons
   /// Hashes of the file names in order, which tell one choice of data from another.
   std::uint64_t fingerprint = kEmptyFingerprint;
   std::uint64_t validation_fingerprint = kEmptyFingerprint;
@@ -69,11 +70,11 @@ struct TrainingSetOptions {
   void validate() const;
 };
 
-/// Lists and decodes the images. Distractors are no people and are left out.
+/// Lists and decodes the images. Those of the background (pid 0000) show nobody and are left out.
 /// Throws std::invalid_argument as the readers of the folders do; when fewer than two people
 /// remain, when nobody has two images, when a validation set has no two images of one person or
-/// not two people; when more than 1 % of the images cannot be read; and when the teacher has no
-/// vector of an image, or two.
+/// not two people; when more than 1 % of the images cannot be read or one has fewer than 2x2
+/// pixels; and when the teacher has no vector of an image, or two.
 TrainingSet load_training_set(const TrainingSetOptions& options);
 
 }  // namespace sdmt::train
