@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cli/run_command.h"
-#include "train/temporary_data.h"
+#include "reid/temporary_data.h"
 
 namespace sdmt::tests {
 namespace {
@@ -62,7 +62,7 @@ class TrainEmbedder : public testing::Test {
     return process.wait();
   }
 
-  train::TemporaryData data_;
+  reid::TemporaryData data_;
   TemporaryFolder folder_;
 };
 
@@ -117,7 +117,7 @@ TEST_F(TrainEmbedder, AFullDiskLeavesThePreviousCheckpoint) {
 }
 
 TEST_F(TrainEmbedder, BadInputIsNamedAndLeavesNothing) {
-  const train::TemporaryData one, empty;
+  const reid::TemporaryData one, empty;
   one.write_people(1, 4);
   const auto refusal = [&](const Words& more) {
     const auto result = run_sdmt(words("model", more));

@@ -8,9 +8,9 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "reid/reid_fixture.h"
 #include "sdmt/nn/random.h"
 #include "sdmt/reid/pair_curve.h"
-#include "train/reid_fixture.h"
 
 namespace sdmt::reid {
 namespace {

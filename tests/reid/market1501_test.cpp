@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "train/temporary_data.h"
+#include "reid/temporary_data.h"
 
 namespace sdmt::reid {
 namespace {

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "reid/reid_fixture.h"
 #include "sdmt/nn/random.h"
-#include "train/reid_fixture.h"
 
 namespace sdmt::reid {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <stdexcept>
 
-#include "train/reid_fixture.h"
+#include "reid/reid_fixture.h"
 
 namespace sdmt::reid {
 namespace {

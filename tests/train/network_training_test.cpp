@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
+#include "reid/temporary_data.h"
 #include "sdmt/nn/sequential.h"
 #include "sdmt/train/trainer.h"
-#include "train/temporary_data.h"
 
 namespace sdmt::train {
 namespace {
@@ -28,7 +28,7 @@ class LiteTraining : public testing::Test {
   static void SetUpTestSuite() {
     threads_ = omp_get_max_threads();
     omp_set_num_threads(1);
-    data_ = std::make_unique<TemporaryData>();
+    data_ = std::make_unique<reid::TemporaryData>();
     data_->write_people(9, 4);
   }
   static void TearDownTestSuite() {
@@ -57,7 +57,7 @@ class LiteTraining : public testing::Test {
   };
   static Outcome train(const TrainerOptions& options, std::int64_t until = 1000,
                        const fs::path& save = {}, const fs::path& resume = {}) {
-    const TemporaryData out;
+    const reid::TemporaryData out;
     reid::Model model = reid::untrained_model(reid::lite(32, 16), 1);
     TrainingSetOptions set;
     set.folders = {data_->path()};
@@ -79,11 +79,11 @@ class LiteTraining : public testing::Test {
     return outcome;
   }
 
-  static std::unique_ptr<TemporaryData> data_;
+  static std::unique_ptr<reid::TemporaryData> data_;
   static int threads_;
 };
 
-std::unique_ptr<TemporaryData> LiteTraining::data_;
+std::unique_ptr<reid::TemporaryData> LiteTraining::data_;
 int LiteTraining::threads_ = 1;
 
 TEST_F(LiteTraining, LearnsFromNothing) {
@@ -98,7 +98,7 @@ TEST_F(LiteTraining, LearnsFromNothing) {
 
 // With running statistics in the trained trunk, in the frozen one, and in neither.
 TEST_F(LiteTraining, ResumedItEndsInTheSameBytes) {
-  const TemporaryData out;
+  const reid::TemporaryData out;
   const auto checkpoint = out.path() / "checkpoint";
   for (const char* first_trained : {"", "relu1_1", "bn3_1", "conv4_2", "fc1"}) {
     const std::string whole = train(options(8, first_trained)).bytes;
@@ -110,7 +110,7 @@ TEST_F(LiteTraining, ResumedItEndsInTheSameBytes) {
 
 TEST_F(LiteTraining, FrozenStatisticsStay) {
   const reid::Model untouched = reid::untrained_model(reid::lite(32, 16), 1);
-  const TemporaryData out;
+  const reid::TemporaryData out;
   std::ofstream(out.path() / "model", std::ios::binary) << train(options(6, "bn3_1")).bytes;
   const reid::Model trained = reid::load_model(out.path() / "model");
   bool frozen = true;

@@ -10,8 +10,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "reid/temporary_data.h"
 #include "sdmt/nn/random.h"
-#include "train/temporary_data.h"
 
 namespace sdmt::train {
 namespace {
@@ -209,7 +209,7 @@ TEST(PairClassifier, LearnsToTellColoursApart) {
 }
 
 TEST(PairClassifier, TakesTheFeaturesThatATrainingOfTheHeadCached) {
-  const TemporaryData folder;
+  const reid::TemporaryData folder;
   const auto file = folder.path() / "features";
   reid::Model model = small_model();
   TrainerOptions options = options_for_colours(5);

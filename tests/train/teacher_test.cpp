@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "principal_axes.h"
+#include "reid/temporary_data.h"
 #include "sdmt/io/safetensors.h"
 #include "sdmt/train/teacher_loss.h"
 #include "sdmt/train/trainer.h"
-#include "train/temporary_data.h"
 #include "train/training_fixture.h"
 #include "weight_average.h"
 
@@ -265,7 +265,7 @@ class TeacherTest : public testing::Test {
     return message_of([&] { load_training_set(options_); });
   }
 
-  TemporaryData data_;
+  reid::TemporaryData data_;
   std::vector<std::string> images_;
   TrainingSetOptions options_;
   int threads_ = 1;

@@ -15,10 +15,10 @@
 #include <stdexcept>
 #include <string>
 
+#include "reid/temporary_data.h"
 #include "sdmt/io/safetensors.h"
 #include "sdmt/nn/sequential.h"
 #include "sdmt/train/training_log.h"
-#include "train/temporary_data.h"
 #include "train/training_fixture.h"
 
 namespace sdmt::train {
@@ -32,7 +32,7 @@ class TrainerTest : public testing::Test {
   static void SetUpTestSuite() {
     threads_ = omp_get_max_threads();
     omp_set_num_threads(1);  // these layers are too small to share; on a busy machine it costs
-    data_ = std::make_unique<TemporaryData>();
+    data_ = std::make_unique<reid::TemporaryData>();
     data_->write_people(9, 4);
   }
   static void TearDownTestSuite() {
@@ -53,11 +53,11 @@ class TrainerTest : public testing::Test {
     return train_set(training_set(), options, until, save, resume, cache);
   }
 
-  static std::unique_ptr<TemporaryData> data_;
+  static std::unique_ptr<reid::TemporaryData> data_;
   static int threads_;
 };
 
-std::unique_ptr<TemporaryData> TrainerTest::data_;
+std::unique_ptr<reid::TemporaryData> TrainerTest::data_;
 int TrainerTest::threads_ = 1;
 
 TEST_F(TrainerTest, LearnsToTellPeopleApart) {
@@ -78,7 +78,7 @@ TEST_F(TrainerTest, LearnsToTellPeopleApart) {
 }
 
 TEST_F(TrainerTest, ResumedItEndsInTheSameBytes) {
-  const TemporaryData out;
+  const reid::TemporaryData out;
   const auto checkpoint = out.path() / "checkpoint";
   TrainerOptions frozen = small_options("fc1"), fine_tuned = small_options("conv3_1"),
                  live = small_options("conv1_1"), frozen_live = small_options("fc1");
@@ -142,7 +142,7 @@ TEST_F(TrainerTest, FrozenLayersStayAsTheyWere) {
 }
 
 TEST_F(TrainerTest, TheBestValidatedWeightsAreKept) {
-  const TemporaryData out;
+  const reid::TemporaryData out;
   reid::Model model = small_model();
   TrainerOptions options = small_options("fc1");
   options.iterations = 30;
@@ -173,7 +173,7 @@ TEST_F(TrainerTest, TheBestValidatedWeightsAreKept) {
 }
 
 TEST_F(TrainerTest, AFeatureCacheServesLaterRunsOfTheSameViews) {
-  const TemporaryData out;
+  const reid::TemporaryData out;
   const auto file = out.path() / "features";
   const TrainerOptions options = small_options("conv3_1");
   const std::string bytes = train(options).bytes;
@@ -192,7 +192,7 @@ TEST_F(TrainerTest, AFeatureCacheServesLaterRunsOfTheSameViews) {
 }
 
 TEST_F(TrainerTest, CachingCanBeStopped) {
-  const TemporaryData out;
+  const reid::TemporaryData out;
   reid::Model model = small_model();
   Trainer trainer(model, training_set(), small_options("fc1"));
   EXPECT_EQ(trainer.cache_bytes(), 6u * 4 * 2 * (2 * 1 * 256) * 2);
@@ -208,7 +208,7 @@ TEST_F(TrainerTest, CachingCanBeStopped) {
 }
 
 TEST_F(TrainerTest, ForeignCheckpointsAreRefusedByTheSettingThatDiffers) {
-  const TemporaryData out;
+  const reid::TemporaryData out;
   const auto checkpoint = out.path() / "checkpoint";
   const TrainerOptions options = small_options("fc1");
   train(options, 3, checkpoint);
@@ -268,7 +268,7 @@ std::function<void(std::vector<std::byte>&)> put(std::size_t index, T value) {
 }
 
 TEST_F(TrainerTest, CheckpointsThatNoTrainingWroteAreRefused) {
-  const TemporaryData out;
+  const reid::TemporaryData out;
   const auto checkpoint = out.path() / "checkpoint", damaged = out.path() / "damaged";
   const TrainerOptions options = small_options("fc1");
   train(options, 3, checkpoint);
@@ -299,14 +299,14 @@ TEST_F(TrainerTest, CheckpointsThatNoTrainingWroteAreRefused) {
 }
 
 TEST_F(TrainerTest, ACheckpointIsAModelToo) {
-  const TemporaryData out;
+  const reid::TemporaryData out;
   train(small_options("fc1"), 3, out.path() / "checkpoint");
   const reid::Model model = reid::load_model(out.path() / "checkpoint");
-  EXPECT_EQ(model.network.options().height, 16);
+  EXPECT_EQ(model.network.description().height, 16);
 }
 
 TEST_F(TrainerTest, AFullDiskLeavesThePreviousCheckpoint) {
-  const TemporaryData out;
+  const reid::TemporaryData out;
   reid::Model model = small_model();
   Trainer trainer(model, training_set(), small_options("fc1"));
   trainer.prepare({});
@@ -336,7 +336,7 @@ TEST_F(TrainerTest, OptionsAreCheckedByName) {
 }
 
 TEST(TrainingLog, KeepsTheRowsBeforeAResume) {
-  const TemporaryData out;
+  const reid::TemporaryData out;
   const auto path = out.path() / "log.csv";
   TrainingStep step;
   step.loss = 0.25;

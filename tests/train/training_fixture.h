@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "reid/temporary_data.h"
 #include "sdmt/train/trainer.h"
-#include "train/temporary_data.h"
 
 namespace sdmt::train {
 
@@ -59,7 +59,7 @@ inline Outcome train_set(TrainingSet set, const TrainerOptions& options, std::in
                          const std::filesystem::path& save = {},
                          const std::filesystem::path& resume = {},
                          const std::filesystem::path& cache = {}) {
-  const TemporaryData out;
+  const reid::TemporaryData out;
   reid::Model model = small_model();
   Trainer trainer(model, std::move(set), options);
   trainer.prepare({}, cache);

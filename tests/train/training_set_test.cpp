@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "train/temporary_data.h"
+#include "reid/temporary_data.h"
 
 namespace sdmt::train {
 namespace {
@@ -33,7 +33,7 @@ TrainingSetOptions of(const std::filesystem::path& folder) {
 }
 
 TEST(TrainingSet, PeopleOfSeveralFoldersAreDifferent) {
-  const TemporaryData a, b;
+  const reid::TemporaryData a, b;
   a.write_people(3, 2);
   b.write_people(2, 4, "bounding_box_train");
   TrainingSetOptions options = of(a.path());
@@ -54,7 +54,7 @@ TEST(TrainingSet, PeopleOfSeveralFoldersAreDifferent) {
 }
 
 TEST(TrainingSet, WhatIsLeftOutIsCountedByReason) {
-  const TemporaryData data;
+  const reid::TemporaryData data;
   data.write_people(2, 2);
   data.write_image("0000_c1s1_000001_00.jpg", image::Image(8, 8));
   data.write_image("-1_c1s1_000001_00.jpg", image::Image(8, 8));
@@ -72,14 +72,14 @@ TEST(TrainingSet, WhatIsLeftOutIsCountedByReason) {
 }
 
 TEST(TrainingSet, LinksThatLeadNowhereCannotBeRead) {
-  const TemporaryData data;
+  const reid::TemporaryData data;
   data.write_people(3, 2);
   std::filesystem::create_symlink("gone.png", data.path() / "0001_c1s1_000009_00.png");
   EXPECT_THAT(message_of(of(data.path())), HasSubstr("1 of 7 images cannot be read"));
 }
 
 TEST(TrainingSet, AnImageOfOnePixelIsNamed) {
-  const TemporaryData data;
+  const reid::TemporaryData data;
   data.write_people(3, 2);
   data.write_image("0001_c1s1_000009_00.png", image::Image(1, 8));
   EXPECT_THAT(message_of(of(data.path())),
@@ -87,7 +87,7 @@ TEST(TrainingSet, AnImageOfOnePixelIsNamed) {
 }
 
 TEST(TrainingSet, DistractorsAreNobody) {
-  const TemporaryData data;
+  const reid::TemporaryData data;
   data.write_people(2, 2);
   data.write_image("0000_c1s1_000001_00.jpg", image::Image(8, 8));
   data.write_image("0000_c1s1_000002_00.jpg", image::Image(8, 8));
@@ -97,7 +97,7 @@ TEST(TrainingSet, DistractorsAreNobody) {
 }
 
 TEST(TrainingSet, HeldOutPeopleAreNotTrainedOn) {
-  const TemporaryData data;
+  const reid::TemporaryData data;
   data.write_people(10, 3);
   TrainingSetOptions options = of(data.path());
   options.holdout_identities = 4;
@@ -120,7 +120,7 @@ TEST(TrainingSet, HeldOutPeopleAreNotTrainedOn) {
 }
 
 TEST(TrainingSet, ValidationFoldersAreThinnedByPeople) {
-  const TemporaryData data, people;
+  const reid::TemporaryData data, people;
   data.write_people(3, 2);
   people.write_people(8, 2, "query");
   people.write_people(8, 3, "bounding_box_test");
@@ -139,7 +139,7 @@ TEST(TrainingSet, ValidationFoldersAreThinnedByPeople) {
 }
 
 TEST(TrainingSet, TheFingerprintTellsDataApart) {
-  const TemporaryData a, b;
+  const reid::TemporaryData a, b;
   a.write_people(3, 2);
   b.write_people(3, 3);
   EXPECT_NE(load_training_set(of(a.path())).fingerprint,
@@ -147,7 +147,7 @@ TEST(TrainingSet, TheFingerprintTellsDataApart) {
 }
 
 TEST(TrainingSet, OneUnreadableImageInAHundredIsLeftOut) {
-  const TemporaryData data;
+  const reid::TemporaryData data;
   data.write_people(25, 4);
   data.write("0001_c9s1_000001_00.jpg", "not an image");
   const TrainingSet set = load_training_set(of(data.path()));
@@ -161,7 +161,7 @@ TEST(TrainingSet, OneUnreadableImageInAHundredIsLeftOut) {
 }
 
 TEST(TrainingSet, NamesWhatCannotBeTrainedOn) {
-  const TemporaryData empty, one, singles, text;
+  const reid::TemporaryData empty, one, singles, text;
   EXPECT_THAT(message_of(of(empty.path())), HasSubstr("holds no .jpg or .png image"));
   EXPECT_THAT(message_of(of(empty.path() / "no")), HasSubstr("no"));
   one.write_people(1, 5);
@@ -178,7 +178,7 @@ TEST(TrainingSet, NamesWhatCannotBeTrainedOn) {
 }
 
 TEST(ImageFile, ReadsColourAndRefusesDamage) {
-  const TemporaryData data;
+  const reid::TemporaryData data;
   image::Image image(3, 2);
   for (std::size_t i = 0; i < image.bgr.size(); ++i)
     image.bgr[i] = static_cast<std::uint8_t>(10 * i);
@@ -197,7 +197,7 @@ TEST(ImageFile, ATruncatedJpegIsNotHalfGrey) {
   if (!std::filesystem::exists(source)) GTEST_SKIP() << source << " is not there";
   std::ifstream file(source, std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  const TemporaryData data;
+  const reid::TemporaryData data;
   data.write("whole.jpg", bytes);
   data.write("cut.jpg", bytes.substr(0, bytes.size() / 2));
   EXPECT_EQ(media::read_image(data.path() / "whole.jpg").width, 64);

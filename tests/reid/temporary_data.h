@@ -9,10 +9,10 @@
 #include <fstream>
 #include <string>
 
-#include "sdmt/media/image_file.h"
+#include "sdmt/image/image.h"
 #include "sdmt/nn/random.h"
 
-namespace sdmt::train {
+namespace sdmt::reid {
 
 /// A folder for made-up images that is removed with all it holds when it goes.
 class TemporaryData {
@@ -79,4 +79,4 @@ class TemporaryData {
   std::filesystem::path path_;
 };
 
-}  // namespace sdmt::train
+}  // namespace sdmt::reid

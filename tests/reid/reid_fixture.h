@@ -6,7 +6,7 @@
 
 #include "sdmt/reid/labelled_embeddings.h"
 
-namespace sdmt::train {
+namespace sdmt::reid {
 
 /// What tests/parity/reid_fixture.py computed.
 inline nlohmann::json read_reid_fixture() {
@@ -14,9 +14,9 @@ inline nlohmann::json read_reid_fixture() {
   return nlohmann::json::parse(file);
 }
 
-inline reid::LabelledEmbeddings labelled(const std::vector<std::vector<float>>& rows,
-                                         std::vector<int> pids, std::vector<int> camids) {
-  reid::LabelledEmbeddings images;
+inline LabelledEmbeddings labelled(const std::vector<std::vector<float>>& rows,
+                                   std::vector<int> pids, std::vector<int> camids) {
+  LabelledEmbeddings images;
   images.embeddings.resize(
       {static_cast<int>(rows.size()), 1, 1, static_cast<int>(rows.at(0).size())});
   float* out = images.embeddings.data();
@@ -26,10 +26,10 @@ inline reid::LabelledEmbeddings labelled(const std::vector<std::vector<float>>& 
   return images;
 }
 
-inline reid::LabelledEmbeddings fixture_images(const nlohmann::json& fixture) {
+inline LabelledEmbeddings fixture_images(const nlohmann::json& fixture) {
   return labelled(fixture["embeddings"].get<std::vector<std::vector<float>>>(),
                   fixture["pids"].get<std::vector<int>>(),
                   fixture["camids"].get<std::vector<int>>());
 }
 
-}  // namespace sdmt::train
+}  // namespace sdmt::reid
