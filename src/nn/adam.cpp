@@ -3,24 +3,19 @@
 
 #include <cmath>
 #include <cstdint>
-#include <stdexcept>
 #include <string>
 #include <utility>
+
+#include "sdmt/io/checked_value.h"
 
 namespace sdmt::nn {
 
 void AdamOptions::validate() const {
-  const auto require = [](bool holds, const char* field, double value, const char* expected) {
-    if (!holds) {
-      throw std::invalid_argument(std::string("Adam: ") + field + " is " + std::to_string(value) +
-                                  ", expected " + expected);
-    }
-  };
-  require(learning_rate >= 0.0, "learning_rate", learning_rate, ">= 0");
-  require(beta1 >= 0.0 && beta1 < 1.0, "beta1", beta1, "a value in [0,1)");
-  require(beta2 >= 0.0 && beta2 < 1.0, "beta2", beta2, "a value in [0,1)");
-  require(eps > 0.0, "eps", eps, "> 0");
-  require(weight_decay >= 0.0, "weight_decay", weight_decay, ">= 0");
+  io::require(learning_rate >= 0.0, "Adam: learning_rate", learning_rate, ">= 0");
+  io::require(beta1 >= 0.0 && beta1 < 1.0, "Adam: beta1", beta1, "a value in [0,1)");
+  io::require(beta2 >= 0.0 && beta2 < 1.0, "Adam: beta2", beta2, "a value in [0,1)");
+  io::require(eps > 0.0, "Adam: eps", eps, "> 0");
+  io::require(weight_decay >= 0.0, "Adam: weight_decay", weight_decay, ">= 0");
 }
 
 Adam::Adam(std::vector<NamedParameter> parameters, AdamOptions options)

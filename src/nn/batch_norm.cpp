@@ -10,22 +10,14 @@
 
 #include "kernels/channel_norm.h"
 #include "parameter_access.h"
+#include "sdmt/io/checked_value.h"
 
 namespace sdmt::nn {
 
-namespace {
-
-[[noreturn]] void refuse(const std::string& field, double value, const char* expected) {
-  throw std::invalid_argument("BatchNorm: " + field + " is " + std::to_string(value) +
-                              ", expected " + expected);
-}
-
-}  // namespace
-
 void BatchNormOptions::validate() const {
-  if (num_features < 1) refuse("num_features", num_features, ">= 1");
-  if (!(eps > 0.0)) refuse("eps", eps, "> 0");
-  if (!(momentum >= 0.0 && momentum <= 1.0)) refuse("momentum", momentum, "a value in [0,1]");
+  io::require(num_features >= 1, "BatchNorm: num_features", num_features, ">= 1");
+  io::require(eps > 0.0, "BatchNorm: eps", eps, "> 0");
+  io::require_in("BatchNorm: momentum", momentum, 0.0, 1.0);
 }
 
 BatchNorm::BatchNorm(BatchNormOptions options)

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <stdexcept>
-#include <string>
+#include <vector>
+
+#include "sdmt/io/checked_value.h"
 
 namespace sdmt::nn {
 
@@ -15,7 +16,7 @@ namespace {
 double squared_norm(const Tensor& tensor) {
   constexpr std::int64_t kPart = 1 << 16;
   const auto size = static_cast<std::int64_t>(tensor.size());
-  std::vector<double> sums(static_cast<std::size_t>((size + kPart - 1) / kPart));
+  std::vector<double> sums((size + kPart - 1) / kPart);
 #pragma omp parallel for schedule(static)
   for (std::size_t part = 0; part < sums.size(); ++part) {
     const std::int64_t begin = static_cast<std::int64_t>(part) * kPart;
@@ -34,10 +35,7 @@ double squared_norm(const Tensor& tensor) {
 }  // namespace
 
 double clip_grad_norm(const std::vector<NamedParameter>& parameters, double max_norm) {
-  if (!(max_norm > 0.0)) {
-    throw std::invalid_argument("clip_grad_norm: max_norm is " + std::to_string(max_norm) +
-                                ", expected > 0");
-  }
+  io::require(max_norm > 0.0, "clip_grad_norm: max_norm", max_norm, "> 0");
   double sum = 0.0;
   for (const NamedParameter& named : parameters) {
     if (named.parameter->trainable) sum += squared_norm(named.parameter->grad);

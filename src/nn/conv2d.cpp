@@ -1,31 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sdmt/nn/conv2d.h"
 
-#include <stdexcept>
-#include <string>
-
 #include "convolution.h"
 #include "parameter_access.h"
+#include "sdmt/io/checked_value.h"
 
 namespace sdmt::nn {
 
-namespace {
-
-void require_at_least(const char* field, int value, int bound) {
-  if (value < bound) {
-    throw std::invalid_argument(std::string("Conv2d: ") + field + " is " + std::to_string(value) +
-                                ", expected >= " + std::to_string(bound));
-  }
-}
-
-}  // namespace
-
 void Conv2dOptions::validate() const {
-  require_at_least("in_channels", in_channels, 1);
-  require_at_least("out_channels", out_channels, 1);
-  require_at_least("kernel_size", kernel_size, 1);
-  require_at_least("stride", stride, 1);
-  require_at_least("padding", padding, 0);
+  io::require(in_channels >= 1, "Conv2d: in_channels", in_channels, ">= 1");
+  io::require(out_channels >= 1, "Conv2d: out_channels", out_channels, ">= 1");
+  io::require(kernel_size >= 1, "Conv2d: kernel_size", kernel_size, ">= 1");
+  io::require(stride >= 1, "Conv2d: stride", stride, ">= 1");
+  io::require(padding >= 0, "Conv2d: padding", padding, ">= 0");
 }
 
 Conv2d::Conv2d(Conv2dOptions options) : options_(options) {

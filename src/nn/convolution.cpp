@@ -114,8 +114,7 @@ void Convolution::forward_im2col(const Tensor& x, const ConvolutionEpilogue& epi
     for (std::int64_t block = 0; block < blocks; ++block) {
       const std::int64_t first = block * kWindowsPerBlock;
       const std::int64_t count = std::min(kWindowsPerBlock, g.windows() - first);
-      float* const rows =
-          thread_scratch(ScratchUse::columns, static_cast<std::size_t>(count * g.window_size()));
+      float* const rows = thread_scratch(ScratchUse::columns, count * g.window_size());
       im2col(g, x.image(image), first, count, rows);
       gemm(count, out.c, g.window_size(), {rows, g.window_size(), 1},
            {weight_.data(), 1, g.window_size()},
@@ -144,8 +143,7 @@ void Convolution::weight_gradient_im2col(const Tensor& x, const Tensor& dy, floa
   const Shape out = dy.shape();
   const WindowGeometry g = geometry_of(options_, x.shape(), out);
   const std::int64_t depth = g.window_size();
-  float* const rows =
-      thread_scratch(ScratchUse::columns, static_cast<std::size_t>(g.windows() * depth));
+  float* const rows = thread_scratch(ScratchUse::columns, g.windows() * depth);
   for (int image = 0; image < out.n; ++image) {
 #pragma omp parallel for schedule(static)
     for (int row = 0; row < g.out_height; ++row) {
@@ -180,8 +178,7 @@ void Convolution::input_gradient_im2col(const Tensor& x, const Tensor& dy, Tenso
     for (std::int64_t block = 0; block < blocks; ++block) {
       const std::int64_t first = block * kWindowsPerBlock;
       const std::int64_t count = std::min(kWindowsPerBlock, g.windows() - first);
-      float* const rows =
-          thread_scratch(ScratchUse::columns, static_cast<std::size_t>(count * depth));
+      float* const rows = thread_scratch(ScratchUse::columns, count * depth);
       gemm(count, depth, out.c, {dy.image(image) + first * out.c, out.c, 1},
            {weight_.data(), depth, 1}, {.data = rows, .row_stride = depth});
       col2im_add(g, rows, first, count, dx.image(image));

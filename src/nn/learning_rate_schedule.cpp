@@ -4,26 +4,21 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
-#include <string>
+
+#include "sdmt/io/checked_value.h"
 
 namespace sdmt::nn {
 
 void LearningRateScheduleOptions::validate() const {
-  const auto require = [](bool holds, const char* field, double value, const char* expected) {
-    if (!holds) {
-      throw std::invalid_argument(std::string("LearningRateSchedule: ") + field + " is " +
-                                  std::to_string(value) + ", expected " + expected);
-    }
-  };
-  require(learning_rate >= 0.0 && std::isfinite(learning_rate), "learning_rate", learning_rate,
-          ">= 0");
-  require(iterations >= 1, "iterations", static_cast<double>(iterations), ">= 1");
-  require(warmup_iterations >= 0, "warmup_iterations", static_cast<double>(warmup_iterations),
-          ">= 0");
-  require(decay_start >= 0.0 && decay_start <= 1.0, "decay_start", decay_start, "a value in [0,1]");
-  require(final_factor > 0.0 && final_factor <= 1.0, "final_factor", final_factor,
-          "a value in (0,1]");
+  io::require(learning_rate >= 0.0 && std::isfinite(learning_rate),
+              "LearningRateSchedule: learning_rate", learning_rate, ">= 0");
+  io::require(iterations >= 1, "LearningRateSchedule: iterations", iterations, ">= 1");
+  io::require(warmup_iterations >= 0, "LearningRateSchedule: warmup_iterations", warmup_iterations,
+              ">= 0");
+  io::require(decay_start >= 0.0 && decay_start <= 1.0, "LearningRateSchedule: decay_start",
+              decay_start, "a value in [0,1]");
+  io::require(final_factor > 0.0 && final_factor <= 1.0, "LearningRateSchedule: final_factor",
+              final_factor, "a value in (0,1]");
 }
 
 LearningRateSchedule::LearningRateSchedule(LearningRateScheduleOptions options)

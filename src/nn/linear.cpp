@@ -9,18 +9,13 @@
 #include "kernels/half_weights.h"
 #include "kernels/row_products.h"
 #include "parameter_access.h"
+#include "sdmt/io/checked_value.h"
 
 namespace sdmt::nn {
 
 void LinearOptions::validate() const {
-  const auto require_positive = [](const char* field, int value) {
-    if (value < 1) {
-      throw std::invalid_argument(std::string("Linear: ") + field + " is " + std::to_string(value) +
-                                  ", expected >= 1");
-    }
-  };
-  require_positive("in_features", in_features);
-  require_positive("out_features", out_features);
+  io::require(in_features >= 1, "Linear: in_features", in_features, ">= 1");
+  io::require(out_features >= 1, "Linear: out_features", out_features, ">= 1");
 }
 
 Linear::Linear(LinearOptions options)

@@ -2,9 +2,9 @@
 #include "sdmt/nn/optimizer.h"
 
 #include <cmath>
-#include <stdexcept>
-#include <string>
 #include <utility>
+
+#include "sdmt/io/checked_value.h"
 
 namespace sdmt::nn {
 
@@ -18,10 +18,8 @@ void Optimizer::zero_grad() {
 }
 
 void Optimizer::set_learning_rate(double learning_rate) {
-  if (!(learning_rate >= 0.0) || !std::isfinite(learning_rate)) {
-    throw std::invalid_argument("Optimizer: learning_rate is " + std::to_string(learning_rate) +
-                                ", expected >= 0");
-  }
+  io::require(learning_rate >= 0.0 && std::isfinite(learning_rate), "Optimizer: learning_rate",
+              learning_rate, ">= 0");
   learning_rate_ = learning_rate;
 }
 

@@ -2,22 +2,16 @@
 #include "sdmt/nn/sgd.h"
 
 #include <cstdint>
-#include <stdexcept>
-#include <string>
 #include <utility>
+
+#include "sdmt/io/checked_value.h"
 
 namespace sdmt::nn {
 
 void SgdOptions::validate() const {
-  const auto require = [](bool holds, const char* field, double value, const char* expected) {
-    if (!holds) {
-      throw std::invalid_argument(std::string("SGD: ") + field + " is " + std::to_string(value) +
-                                  ", expected " + expected);
-    }
-  };
-  require(learning_rate >= 0.0, "learning_rate", learning_rate, ">= 0");
-  require(momentum >= 0.0 && momentum < 1.0, "momentum", momentum, "a value in [0,1)");
-  require(weight_decay >= 0.0, "weight_decay", weight_decay, ">= 0");
+  io::require(learning_rate >= 0.0, "SGD: learning_rate", learning_rate, ">= 0");
+  io::require(momentum >= 0.0 && momentum < 1.0, "SGD: momentum", momentum, "a value in [0,1)");
+  io::require(weight_decay >= 0.0, "SGD: weight_decay", weight_decay, ">= 0");
 }
 
 Sgd::Sgd(std::vector<NamedParameter> parameters, SgdOptions options)

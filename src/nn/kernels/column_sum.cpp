@@ -9,7 +9,7 @@ namespace sdmt::nn {
 void add_column_sums(const float* values, std::int64_t rows, std::int64_t columns, float* sum) {
   constexpr std::int64_t kRowsPerPart = 512;  // short sums lose little; parts run in parallel
   const std::int64_t parts = (rows + kRowsPerPart - 1) / kRowsPerPart;
-  std::vector<float> partial(static_cast<std::size_t>(parts * columns), 0.0F);
+  std::vector<float> partial(parts * columns, 0.0F);
 #pragma omp parallel for schedule(static)
   for (std::int64_t part = 0; part < parts; ++part) {
     float* const to = partial.data() + part * columns;
@@ -22,7 +22,7 @@ void add_column_sums(const float* values, std::int64_t rows, std::int64_t column
   for (std::int64_t j = 0; j < columns; ++j) {
     double total = 0.0;
     for (std::int64_t part = 0; part < parts; ++part) {
-      total += partial[static_cast<std::size_t>(part * columns + j)];
+      total += partial[part * columns + j];
     }
     sum[j] += static_cast<float>(total);
   }

@@ -83,10 +83,8 @@ void GemmBlock(std::int64_t m, std::int64_t n, std::int64_t k, const MatrixView&
                const MatrixView& b, const ProductView& c) {
   const int panel_rows = EvenRows(m);
   const std::int64_t padded_n = (n + kColumns - 1) / kColumns * kColumns;
-  float* const packed_a =
-      thread_scratch(ScratchUse::packed_a, static_cast<std::size_t>(m * (kDepth + kLanes)));
-  float* const packed_b =
-      thread_scratch(ScratchUse::packed_b, static_cast<std::size_t>(padded_n * kDepth));
+  float* const packed_a = thread_scratch(ScratchUse::packed_a, m * (kDepth + kLanes));
+  float* const packed_b = thread_scratch(ScratchUse::packed_b, padded_n * kDepth);
   alignas(64) float edge[kMaxRows * kColumns];  // a micro-tile that sticks out of C
   for (std::int64_t depth0 = 0; depth0 < k; depth0 += kDepth) {
     const std::int64_t depth = std::min(kDepth, k - depth0);

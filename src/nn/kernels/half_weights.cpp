@@ -60,8 +60,7 @@ void MultiplyHalfStretch(std::int64_t m, std::int64_t length, std::int64_t out, 
                          float* sums) {
   const FloatTag d;
   const std::int64_t chunks = (length + kLanes - 1) / kLanes;
-  float* const a =
-      thread_scratch(ScratchUse::packed_a, static_cast<std::size_t>(chunks * m * kLanes));
+  float* const a = thread_scratch(ScratchUse::packed_a, chunks * m * kLanes);
   for (std::int64_t i = 0; i < m; ++i) {
     for (std::int64_t k = 0; k < length; k += kLanes) {
       hn::Store(LoadSome(x + i * x_row + k, length - k), d, a + k * m + i * kLanes);
@@ -133,8 +132,7 @@ void multiply_rows(std::int64_t m, const float* x, const HalfWeights& weights, P
   const std::int64_t n = weights.out_features();
   const std::int64_t columns = HWY_DYNAMIC_DISPATCH(HalfPaddedColumns)(n);
   const std::int64_t parts = (k + kPart - 1) / kPart;
-  float* const sums =
-      thread_scratch(ScratchUse::accumulators, static_cast<std::size_t>(parts * m * columns));
+  float* const sums = thread_scratch(ScratchUse::accumulators, parts * m * columns);
 #pragma omp parallel for schedule(dynamic)
   for (std::int64_t part = 0; part < parts; ++part) {
     const std::int64_t begin = part * kPart;

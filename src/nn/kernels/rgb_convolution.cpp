@@ -195,22 +195,21 @@ void rgb_weight_gradient(const Tensor& x, const Tensor& dy, int stride, float* w
                          float* bias_gradient) {
   const Shape shape = dy.shape();
   const std::size_t values = gradient_values(shape.c);
-  float* const sums =
-      thread_scratch(ScratchUse::accumulators, values * static_cast<std::size_t>(shape.n));
+  float* const sums = thread_scratch(ScratchUse::accumulators, values * shape.n);
 #pragma omp parallel for schedule(dynamic)
   for (int image = 0; image < shape.n; ++image) {
     HWY_DYNAMIC_DISPATCH(RgbImageGradient)
-    (x, dy, stride, image, sums + static_cast<std::size_t>(image) * values);
+    (x, dy, stride, image, sums + image * values);
   }
   std::vector<double> total(values, 0.0);
   for (int image = 0; image < shape.n; ++image) {
-    const float* const from = sums + static_cast<std::size_t>(image) * values;
+    const float* const from = sums + image * values;
     for (std::size_t i = 0; i < values; ++i) total[i] += from[i];
   }
   for (int o = 0; o < shape.c; ++o) {
     const auto value = [&](int row) {
       const int index = row * shape.c + o;
-      return static_cast<float>(total[static_cast<std::size_t>(index)]);
+      return static_cast<float>(total[index]);
     };
     for (int tap = 0; tap < kTaps; ++tap) weight_gradient[o * kTaps + tap] += value(tap);
     if (bias_gradient != nullptr) bias_gradient[o] += value(kTaps);

@@ -77,8 +77,7 @@ void MultiplyRows(std::int64_t m, std::int64_t n, std::int64_t k, const float* x
                   std::ptrdiff_t x_row, const float* w, std::ptrdiff_t w_row, float* sums,
                   std::ptrdiff_t sums_row) {
   for (std::int64_t i = 0; i < m; ++i) std::fill_n(sums + i * sums_row, n, 0.0F);
-  float* const packed =
-      thread_scratch(ScratchUse::packed_b, static_cast<std::size_t>(kRowsPerTask * kStretch));
+  float* const packed = thread_scratch(ScratchUse::packed_b, kRowsPerTask * kStretch);
   for (std::int64_t at = 0; at < k; at += kStretch) {
     const std::int64_t length = std::min(kStretch, k - at);
     const float* rows = w + at;
@@ -134,8 +133,7 @@ void multiply_rows(std::int64_t m, std::int64_t n, std::int64_t k, const float* 
   constexpr std::int64_t kPart = 4 * kStretch;
   const std::int64_t parts = (k + kPart - 1) / kPart;
   const std::int64_t row_blocks = (n + kRowsPerTask - 1) / kRowsPerTask;
-  float* const sums =
-      thread_scratch(ScratchUse::accumulators, static_cast<std::size_t>(parts * m * n));
+  float* const sums = thread_scratch(ScratchUse::accumulators, parts * m * n);
 #pragma omp parallel for schedule(dynamic)
   for (std::int64_t task = 0; task < parts * row_blocks; ++task) {
     const std::int64_t part = task / row_blocks;

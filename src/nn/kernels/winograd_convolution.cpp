@@ -211,8 +211,7 @@ void ConvolveTiles(const WinogradTask& task, const WinogradBlock& block) {
       std::max(VectorsOf(task.weights.in_channels()), 2 * range.panels()), block.slots);
   // The products of position p are written over the transformed tiles of position p - 1, which are
   // no longer needed: half the memory, so that more of it stays in the level-2 cache.
-  float* const m =
-      thread_scratch(ScratchUse::packed_a, static_cast<std::size_t>((positions + 1) * step));
+  float* const m = thread_scratch(ScratchUse::packed_a, (positions + 1) * step);
   float* const v = m + step;
   TransformInputs<kHeight, kWidth>(task, block, v, step);
   for (int p = 0; p < positions; ++p) {

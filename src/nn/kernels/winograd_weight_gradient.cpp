@@ -97,6 +97,9 @@ HWY_NOINLINE void TransformGradientTile(const WinogradGradientTask& task, int sl
     const int count = std::min(kLanes, shape.c - channel);
     float* const to =
         task.d + static_cast<std::ptrdiff_t>(channel / kLanes * task.slots + slot) * kLanes;
+    // Where the next vector goes is asked for, so that its stores need not wait.
+    const std::ptrdiff_t next = channel + kLanes < shape.c ? std::ptrdiff_t{task.slots} * kLanes
+                                                           : kLanes - channel * task.slots;
     FloatVec total = hn::Zero(d);
     FloatVec spread[kTile][kWindow];  // dy spread along the rows
 #pragma GCC unroll 4
@@ -117,7 +120,11 @@ HWY_NOINLINE void TransformGradientTile(const WinogradGradientTask& task, int sl
       FloatVec m[kWindow];
       SpreadGradient(y, m);
 #pragma GCC unroll 6
-      for (int i = 0; i < kWindow; ++i) hn::Store(m[i], d, to + (i * kWindow + j) * step);
+      for (int i = 0; i < kWindow; ++i) {
+        float* const position = to + (i * kWindow + j) * step;
+        hwy::Prefetch(position + next);
+        hn::Store(m[i], d, position);
+      }
     }
     hn::Store(total, d, to + kSumPosition * step);
   }

@@ -15,17 +15,16 @@ struct AvgPool2dOptions {
 
 /// Mean over blocks that do not overlap (stride = kernel, as torch.nn.AvgPool2d's default), which
 /// must fill the map exactly: [n, h, w, c] -> [n, h / kernel_height, w / kernel_width, c].
-class AvgPool2d : public nn::Layer {
+class AvgPool2d : public Layer {
  public:
   /// Throws as AvgPool2dOptions::validate().
   explicit AvgPool2d(AvgPool2dOptions options);
 
   std::string_view type() const override { return "AvgPool2d"; }
-  nn::Shape output_shape(nn::Shape in) const override;
-  void forward(const nn::Tensor& x, nn::Tensor& y, nn::Mode mode) override;
+  Shape output_shape(Shape in) const override;
+  void forward(const Tensor& x, Tensor& y, Mode mode) override;
   /// Reads neither x nor y.
-  void backward(const nn::Tensor& x, const nn::Tensor& y, const nn::Tensor& dy,
-                nn::Tensor* dx) override;
+  void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
 
  private:
   AvgPool2dOptions options_;
