@@ -28,10 +28,11 @@ struct Conv2dOptions {
 /// - kernel) / stride + 1.
 ///
 /// 3x3 convolutions of stride 1 and padding 1 run by Winograd's minimal filtering (Lavin & Gray,
-/// "Fast Algorithms for Convolutional Neural Networks", CVPR 2016), all others by a matrix product.
-/// Training takes tiles of 4x4, which differ from the sum above by about 1e-6 of the largest
-/// output; inference takes tiles of 8x8 where they save multiplications, which differ by about
-/// 2e-5. (The embedding of the whole network differs by 2e-7.)
+/// "Fast Algorithms for Convolutional Neural Networks", CVPR 2016), those of three channels and
+/// stride 1 or 2 directly, all others by a matrix product. Training takes tiles of 4x4, which
+/// differ from the sum above by about 1e-6 of the largest output; inference takes tiles of 8x8
+/// where they save multiplications, which differ by about 2e-5. (The embedding of the whole network
+/// differs by 2e-7.)
 class Conv2d : public Layer {
  public:
   /// Weights and biases are zero until set or reset_parameters(). Throws as
