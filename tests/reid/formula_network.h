@@ -71,7 +71,7 @@ struct FormulaCrop {
 inline void write_formula_model(const std::filesystem::path& path) {
   const EmbeddingNetwork network;  // for the names and shapes
   io::SafetensorsWriter writer;
-  writer.set_metadata(kModelMetadataKey, to_json({}));
+  writer.set_metadata(kModelMetadataKey, to_json(ModelMetadata{}));
   std::uint32_t stream = 0;
   for (const auto& tensor : stored_tensors(network)) {
     ++stream;
