@@ -112,7 +112,7 @@ std::optional<std::string> other_than_video(const std::string& name) {
     const auto byte = static_cast<unsigned char>(c);
     return byte < 0x20 && std::isspace(byte) == 0 && byte != 0x1B;
   });
-  if (text) return "is a text, expected a video";
+  if (text) return "is a text, not a video";
   return {};
 }
 

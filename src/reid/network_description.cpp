@@ -15,7 +15,7 @@ constexpr int kMaxOutputs = 65536;
 constexpr int kMaxKernel = 15;
 constexpr std::size_t kMaxLayers = 512;
 constexpr std::size_t kMaxMap = std::size_t{1} << 24;      // values: 64 MiB a patch
-constexpr std::size_t kMaxWeights = std::size_t{1} << 28;  // of a layer: 1 GiB
+constexpr std::size_t kMaxWeights = std::size_t{1} << 29;  // of a layer: 2 GiB
 
 bool works_on_maps(LayerType type) {
   return type == LayerType::conv2d || type == LayerType::batch_norm2d ||
@@ -118,7 +118,7 @@ class LayerCheck {
       fail("makes a map of " + map_text(out) + ", expected at most 2^24 values");
     }
     if (weight_count(layer_, in) > kMaxWeights) {
-      fail("has " + std::to_string(weight_count(layer_, in)) + " weights, expected at most 2^28");
+      fail("has " + std::to_string(weight_count(layer_, in)) + " weights, expected at most 2^29");
     }
   }
 

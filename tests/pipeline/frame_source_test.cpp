@@ -162,7 +162,7 @@ TEST_F(FrameSources, WhatFfmpegWouldPlayButIsNoVideoIsRefused) {
   std::string rows;
   for (int i = 1; i < 400; ++i) rows += std::to_string(i) + ",-1,10,20,30,40,0.9\n";
   write_file(folder_ / "det.txt", rows);
-  EXPECT_THAT(refusal(folder_ / "det.txt"), HasSubstr("is a text, expected a video"));
+  EXPECT_THAT(refusal(folder_ / "det.txt"), HasSubstr("is a text, not a video"));
   write_file(folder_ / "art.nfo", "\x1B[31mcolours\x1B[0m\r\n" + rows);
   EXPECT_THAT(refusal(folder_ / "art.nfo"), HasSubstr("is a text"));
   write_file(folder_ / "p.svg", "<svg xmlns='http://www.w3.org/2000/svg' width='9' height='9'/>");

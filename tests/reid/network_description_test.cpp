@@ -86,7 +86,7 @@ TEST(NetworkDescription, IsFoundByNameOrFile) {
   EXPECT_EQ(find_architecture(path.string()), lite(32, 16));
   std::ofstream(path) << "{";
   EXPECT_EQ(message([&] { find_architecture(path.string()); }),
-            path.string() + ": is not valid JSON");
+            path.string() + ": is not valid JSON (at byte 2)");
   fs::remove(path);
   EXPECT_EQ(message([&] { find_architecture(path.string()); }), path.string() + ": cannot be read");
 }

@@ -51,7 +51,7 @@ struct NetworkDescription {
 
   /// Throws std::invalid_argument naming the network, the layer, what is wrong with it and what was
   /// expected: a number out of range, a name used twice, a layer where its type cannot stand, a map
-  /// that the layer does not fit. A map may hold 2^24 values a patch and a layer 2^28 weights, so
+  /// that the layer does not fit. A map may hold 2^24 values a patch and a layer 2^29 weights, so
   /// that a description cannot ask for more memory than a machine has.
   void validate() const;
 
