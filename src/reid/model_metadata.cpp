@@ -155,12 +155,8 @@ std::string to_json(const ModelMetadata& metadata) {
 }
 
 ModelMetadata parse_model_metadata(std::string_view text, const std::string& source) {
-  json object;
-  try {
-    object = json::parse(text);
-  } catch (const json::exception&) {
-    throw std::invalid_argument(source + ": metadata is not valid JSON");
-  }
+  io::check_json(text, source + ": metadata");
+  const json object = json::parse(text);
   const JsonReader reader(object, source + ": metadata ");
 
   ModelMetadata metadata;

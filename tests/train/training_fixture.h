@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "reid/temporary_data.h"
+#include "sdmt/reid/architectures.h"
 #include "sdmt/train/trainer.h"
 
 namespace sdmt::train {
