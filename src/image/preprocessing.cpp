@@ -9,6 +9,7 @@ namespace sdmt::image {
 
 void Preprocessing::validate() const {
   constexpr int kLargest = 4096;
+  constexpr float kLargestMean = 10.0F, kSmallestStd = 1e-3F, kLargestStd = 1e3F;
   const auto refuse = [](const std::string& field, const std::string& value, const char* expected) {
     throw std::invalid_argument("preprocessing " + field + " is " + value + ", expected " +
                                 expected);
@@ -16,10 +17,12 @@ void Preprocessing::validate() const {
   if (height < 1 || height > kLargest) refuse("height", std::to_string(height), "1 to 4096");
   if (width < 1 || width > kLargest) refuse("width", std::to_string(width), "1 to 4096");
   for (const float value : mean) {
-    if (!std::isfinite(value)) refuse("mean", std::to_string(value), "a finite number");
+    if (!(std::abs(value) <= kLargestMean)) refuse("mean", std::to_string(value), "-10 to 10");
   }
   for (const float value : std) {
-    if (!std::isfinite(value) || value <= 0) refuse("std", std::to_string(value), "> 0");
+    if (!(value >= kSmallestStd && value <= kLargestStd)) {
+      refuse("std", std::to_string(value), "0.001 to 1000");
+    }
   }
 }
 

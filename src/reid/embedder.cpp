@@ -2,10 +2,12 @@
 #include "sdmt/reid/embedder.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "sdmt/io/checked_value.h"
 #include "sdmt/nn/sequential.h"
 
 namespace sdmt::reid {
@@ -69,6 +71,20 @@ void require_inside(const image::ImageView& image, const image::PixelRect& regio
                               std::to_string(image.width) + " x " + std::to_string(image.height));
 }
 
+// Finite weights can still make values that are not, or nothing but zeros.
+void require_unit_rows(const nn::Tensor& rows, const std::string& source) {
+  constexpr double kSlack = 1e-3;
+  const std::size_t size = rows.shape().image_size();
+  for (int i = 0; i < rows.shape().n; ++i) {
+    double square = 0;
+    for (const float value : std::span(rows.image(i), size)) square += double{value} * value;
+    if (std::abs(square - 1) <= kSlack) continue;
+    throw std::runtime_error(source + ": the network makes an embedding of length " +
+                             io::number_text(std::sqrt(square)) +
+                             ", expected 1: its weights or its preprocessing are damaged");
+  }
+}
+
 }  // namespace
 
 void EmbedderOptions::validate() const {
@@ -122,6 +138,7 @@ void Embedder::describe(std::span<const image::Crop> crops, image::DescriptorRow
       image::extract_patch(crop.image, crop.rect, model_.metadata.preprocessing, patches_.image(i));
     }
     const nn::Tensor& rows = model_.network.forward(patches_, nn::Mode::inference);
+    require_unit_rows(rows, model_.source);
     for (int i = 0; i < count; ++i) {
       const std::size_t crop = visible_[first + static_cast<std::size_t>(i)];
       std::copy_n(rows.image(i), out.dimension, out.row(crop).begin());
@@ -165,6 +182,7 @@ void Embedder::describe_shifted(const image::ImageView& image, const image::Pixe
       }
     }
     const nn::Tensor& rows = model_.network.head().forward(windows_, nn::Mode::inference);
+    require_unit_rows(rows, model_.source);
     std::copy_n(rows.data(), rows.size(), out.row(first).begin());
   }
   std::fill(out.valid.begin(), out.valid.end(), static_cast<unsigned char>(1));

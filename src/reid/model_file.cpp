@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "sdmt/io/checked_value.h"
 #include "sdmt/io/half.h"
 
 namespace sdmt::reid {
@@ -23,6 +24,26 @@ const std::string kScaleSuffix = ".scale";
 [[noreturn]] void refuse(const std::string& file, const std::string& tensor,
                          const std::string& what) {
   throw std::invalid_argument(file + ": tensor " + tensor + " " + what);
+}
+
+// A file of another naming scheme is best recognised by the names that it has.
+void require_present(const io::Safetensors& file, const std::string& name) {
+  if (file.find(name) != nullptr) return;
+  constexpr std::size_t kShown = 3;
+  std::string found, prefix;
+  std::size_t count = 0;
+  for (const io::SafetensorsEntry& entry : file.tensors()) {
+    if (count < kShown) found += (found.empty() ? "" : ", ") + io::printable(entry.name, 100);
+    if (count == kShown) found += ", ...";
+    ++count;
+    if (entry.name.ends_with("." + name)) {
+      prefix = entry.name.substr(0, entry.name.size() - name.size());
+    }
+  }
+  std::string what = "is missing; the file has " + (found.empty() ? "no tensors" : found);
+  if (!prefix.empty())
+    what += "; take the prefix \"" + io::printable(prefix, 100) + "\" off its names";
+  refuse(file.name(), name, what);
 }
 
 std::uint64_t extent(int value) { return static_cast<std::uint64_t>(value); }
@@ -53,6 +74,7 @@ void require_weights(const io::Safetensors& file, const NetworkDescription& netw
   for (std::size_t i = 0; i < network.layers.size(); ++i) {
     const LayerDescription& layer = network.layers[i];
     if (!has_matrix(layer)) continue;
+    require_present(file, layer.tensor_name("weight"));
     file.at(layer.tensor_name("weight"), WeightLayout(layer, shapes[i]).shape);
   }
 }
@@ -91,6 +113,7 @@ struct Rows {
 bool is_weight(const StoredTensor& tensor) { return tensor.file_shape.size() > 1; }
 
 const io::SafetensorsEntry& checked_entry(const io::Safetensors& file, const StoredTensor& tensor) {
+  require_present(file, tensor.name);
   const io::SafetensorsEntry& entry = file.at(tensor.name, tensor.file_shape);
   switch (entry.dtype) {
     case io::DType::f32:
@@ -100,6 +123,7 @@ const io::SafetensorsEntry& checked_entry(const io::Safetensors& file, const Sto
       return entry;
     case io::DType::i8:
       if (is_weight(tensor)) {
+        require_present(file, tensor.name + kScaleSuffix);
         const std::uint64_t outputs = tensor.file_shape.front();
         const auto& scale = file.at(tensor.name + kScaleSuffix, {&outputs, 1});
         if (scale.dtype == io::DType::f32) return entry;
@@ -260,7 +284,7 @@ Model read_model(const io::Safetensors& file) {
   ModelMetadata metadata = parse_model_metadata(text->second, file.name());
   const NetworkDescription network = metadata.network();
   require_weights(file, network);
-  Model model{std::move(metadata), EmbeddingNetwork(network)};
+  Model model{std::move(metadata), EmbeddingNetwork(network), file.name()};
   for (const StoredTensor& tensor : stored_tensors(model.network)) {
     read_tensor(file, tensor, *tensor.value);
   }

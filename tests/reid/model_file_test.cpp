@@ -242,7 +242,8 @@ TEST(ModelFile, RefusalsNameTheTensor) {
   EXPECT_EQ(refusal([](auto& e) {
               if (e.name == "features.7.bias") e.name = "";
             }),
-            "tensor features.7.bias is missing");
+            "tensor features.7.bias is missing; the file has features.0.weight, features.0.bias, "
+            "features.2.weight, ...");
   EXPECT_EQ(refusal([](auto& e) {
               if (e.name == "head.fc1.weight") e.shape = {1536, 128};
             }),
@@ -268,12 +269,22 @@ TEST(ModelFile, RefusalsNameTheTensor) {
                   if (e.name == "features.5.weight.scale") e.name = "";
                 },
                 Storage::int8),
-            "tensor features.5.weight.scale is missing");
+            "tensor features.5.weight.scale is missing; the file has features.0.weight, "
+            "features.0.weight.scale, features.0.bias, ...");
   const std::vector<float> negative(128, -1.0F);
   EXPECT_EQ(refusal([&](auto& e) {
               if (e.name == "head.bn.running_var") e.bytes = std::as_bytes(std::span(negative));
             }),
             "tensor head.bn.running_var holds -1.000000, expected >= 0");
+}
+
+TEST(ModelFile, ForeignNamesAreRecognised) {
+  for (const std::string prefix : {"module.", "vgg.net."}) {
+    EXPECT_EQ(refusal([&](auto& e) { e.name = prefix + e.name; }),
+              "tensor features.0.weight is missing; the file has " + prefix +
+                  "features.0.weight, " + prefix + "features.0.bias, " + prefix +
+                  "features.2.weight, ...; take the prefix \"" + prefix + "\" off its names");
+  }
 }
 
 TEST(ModelFile, RefusesFilesOfAnotherKind) {
@@ -299,7 +310,7 @@ TEST(ModelFile, RefusesFilesOfAnotherKind) {
   plain.set_metadata(kModelMetadataKey, to_json(metadata));
   plain.write(path);
   EXPECT_EQ(message([&] { load_model(path); }),
-            path.string() + ": tensor features.0.weight is missing");
+            path.string() + ": tensor features.0.weight is missing; the file has x");
   metadata.preprocessing.width = 63;
   plain.set_metadata(kModelMetadataKey, to_json(metadata));
   plain.write(path);
@@ -364,7 +375,9 @@ TEST(LoadTrunk, RefusesAnotherNetworkAndChangesNothing) {
   }
   partial.write(path);
   EXPECT_EQ(message([&] { load_trunk(path, target.network); }),
-            path.string() + ": tensor features.12.weight is missing");
+            path.string() +
+                ": tensor features.12.weight is missing; the file has features.0.weight, "
+                "features.0.bias, features.2.weight, ...");
   for (const auto& tensor : stored_tensors(target.network)) {
     EXPECT_EQ(difference(target, small_model(12), tensor.name), 0.0) << tensor.name;
   }

@@ -155,17 +155,17 @@ TEST(NetworkDescription, SizesAreBounded) {
   EXPECT_EQ(message([&] { network.validate(); }),
             "network lite: layer conv1_1 (Conv2d) makes a map of 2048 x 2048 x 32, expected at "
             "most 2^24 values");
-  network = lite();
+  network = lite(256, 64);
   network.layers[network.layers.size() - 5].out_features = 65536;
   EXPECT_EQ(message([&] { network.validate(); }),
-            "network lite: layer fc1 (Linear) has 536870912 weights, expected at most 2^28");
+            "network lite: layer fc1 (Linear) has 1073741824 weights, expected at most 2^29");
   network = lite();
   for (int i = 0; i < network.first_of_head(); ++i) {
     auto& layer = network.layers[static_cast<std::size_t>(i)];
     if (layer.name.starts_with("conv4")) layer.out_channels = 65536;
   }
   EXPECT_EQ(message([&] { network.validate(); }),
-            "network lite: layer conv4_2 (Conv2d) has 38654705664 weights, expected at most 2^28");
+            "network lite: layer conv4_2 (Conv2d) has 38654705664 weights, expected at most 2^29");
 }
 
 Model small_lite(std::uint64_t seed) { return untrained_model(lite(32, 16), seed); }

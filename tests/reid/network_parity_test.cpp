@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nn/every_target.h"
@@ -231,6 +233,32 @@ TEST_P(DescribedNetwork, EmbedsAsPyTorch) {
   ASSERT_EQ(embeddings.size(), expected.size());
   for (std::size_t i = 0; i < expected.size(); ++i) {
     EXPECT_NEAR(embeddings.data()[i], expected[i], 1e-5) << i;
+  }
+}
+
+// Finite weights whose results overflow, and weights that make nothing: never a row of NaN or
+// zeros.
+TEST(Embedder, EmbeddingsThatAreNoUnitVectorsAreAnError) {
+  for (const float gamma : {1e30F, 0.0F}) {
+    Model model = read_model(io::Safetensors(kFixtures / "described_network.safetensors"));
+    for (const StoredTensor& tensor : stored_tensors(model.network)) {
+      if (tensor.name == "bn.weight" || tensor.name == "bn1.weight") tensor.value->fill(gamma);
+      if (tensor.name == "bn.bias") tensor.value->fill(0);
+    }
+    model.network.parameters_changed();
+    Embedder embedder(std::move(model));
+    const FormulaCrop crop(1);
+    EmbeddingRows rows;
+    try {
+      embedder.embed(crop.view(), std::vector{crop.rect()}, rows);
+      FAIL() << gamma;
+    } catch (const std::runtime_error& error) {
+      const std::string text = error.what();
+      EXPECT_NE(text.find("described_network.safetensors: the network makes an embedding of "
+                          "length "),
+                std::string::npos)
+          << text;
+    }
   }
 }
 

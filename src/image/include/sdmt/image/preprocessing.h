@@ -15,8 +15,8 @@ struct Preprocessing {
   int height = 128;  ///< pixels, 1..4096
   int width = 64;    ///< pixels, 1..4096
   ChannelOrder order = ChannelOrder::rgb;
-  std::array<float, 3> mean{0.485F, 0.456F, 0.406F};  ///< by channel, in `order`; finite
-  std::array<float, 3> std{0.229F, 0.224F, 0.225F};   ///< by channel, in `order`; > 0
+  std::array<float, 3> mean{0.485F, 0.456F, 0.406F};  ///< by channel, in `order`; -10..10
+  std::array<float, 3> std{0.229F, 0.224F, 0.225F};   ///< by channel, in `order`; 0.001..1000
 
   /// Throws std::invalid_argument naming the field, its value and the bound.
   void validate() const;

@@ -32,6 +32,8 @@ class Embedder final : public image::CropDescriptor {
   int dimension() const override { return model_.network.embedding_size(); }
   /// The threshold that validation stored in the model file.
   std::optional<double> tau_a() const override;
+  /// Throws std::runtime_error naming the model when an embedding is not of length 1: hostile
+  /// weights can make NaN or nothing but zeros.
   void describe(std::span<const image::Crop> crops, image::DescriptorRows& out) override;
   /// Much quicker than describe() of overlapping windows when the network's trunk keeps positions,
   /// as padded convolutions do, and makes a map of 32 x 16: it runs once over the region that all

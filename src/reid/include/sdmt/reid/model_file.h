@@ -16,6 +16,7 @@ namespace sdmt::reid {
 struct Model {
   ModelMetadata metadata;
   EmbeddingNetwork network;
+  std::string source = "the model";  ///< for messages: the file it was read from
 };
 
 /// A model of that architecture with random weights, see EmbeddingNetwork::initialize().
@@ -46,8 +47,9 @@ enum class Storage { float32, float16, int8 };
 inline constexpr const char* kModelMetadataKey = "sdmt";
 
 /// Reads a model file of any storage. Throws std::invalid_argument naming file, tensor, what was
-/// found and what was expected. Tensors that the network does not know are ignored, so that
-/// checkpoints can be read as models.
+/// found and what was expected; a missing tensor's message also names the first ones of
+/// the file and a prefix that all names have, as "module.". Tensors that the network does not know
+/// are ignored, so that checkpoints can be read as models.
 Model load_model(const std::filesystem::path& path);
 Model read_model(const io::Safetensors& file);
 
