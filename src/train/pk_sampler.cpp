@@ -58,6 +58,9 @@ PkSampler::PkSampler(std::span<const Identity> identities, int sources, PkSample
       options_(std::move(options)),
       sources_(static_cast<std::size_t>(sources)) {
   options_.validate();
+  if (identities_.empty()) {
+    throw std::invalid_argument("there are no people to draw a batch from");
+  }
   for (std::size_t i = 0; i < identities_.size(); ++i) {
     sources_[static_cast<std::size_t>(identities_[i].source)].people.push_back(static_cast<int>(i));
   }

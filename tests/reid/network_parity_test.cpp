@@ -248,9 +248,9 @@ TEST(Embedder, EmbeddingsThatAreNoUnitVectorsAreAnError) {
     model.network.parameters_changed();
     Embedder embedder(std::move(model));
     const FormulaCrop crop(1);
-    EmbeddingRows rows;
+    image::DescriptorRows rows;
     try {
-      embedder.embed(crop.view(), std::vector{crop.rect()}, rows);
+      embedder.describe(std::vector{image::Crop{crop.view(), crop.rect()}}, rows);
       FAIL() << gamma;
     } catch (const std::runtime_error& error) {
       const std::string text = error.what();

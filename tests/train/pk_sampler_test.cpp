@@ -141,6 +141,7 @@ TEST(PkSampler, RefusesWhatCannotBeDrawn) {
   EXPECT_THAT(message({4, 2, {1, -1}, 0}), HasSubstr("source_weights has -1"));
   EXPECT_THAT(message({4, 2, {1, NAN}, 0}), HasSubstr("source_weights has nan"));
   EXPECT_THAT(message({4, 2, {0, 1}, 0}), HasSubstr("data folder 2 would have to give 4"));
+  EXPECT_THROW(PkSampler({}, 2, options(4, 2)), std::invalid_argument);
 }
 
 }  // namespace
