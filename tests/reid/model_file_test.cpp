@@ -269,8 +269,8 @@ TEST(ModelFile, RefusalsNameTheTensor) {
                   if (e.name == "features.5.weight.scale") e.name = "";
                 },
                 Storage::int8),
-            "tensor features.5.weight.scale is missing; the file has features.0.weight, "
-            "features.0.weight.scale, features.0.bias, ...");
+            "tensor features.5.weight.scale is missing; the file has "
+            "features.0.weight.scale, features.0.bias, features.2.weight.scale, ...");
   const std::vector<float> negative(128, -1.0F);
   EXPECT_EQ(refusal([&](auto& e) {
               if (e.name == "head.bn.running_var") e.bytes = std::as_bytes(std::span(negative));

@@ -71,7 +71,7 @@ std::string refusal(const std::string& from, const std::string& to) {
 }
 
 TEST(ModelMetadata, RefusalsNameTheKey) {
-  EXPECT_EQ(refusal("{", "("), "m.safetensors: metadata is not valid JSON (at byte 2)");
+  EXPECT_EQ(refusal("{", "("), "m.safetensors: metadata is not valid JSON (at byte 1)");
   EXPECT_EQ(refusal("\"format_version\"", "\"version\""),
             "m.safetensors: metadata format_version is missing");
   EXPECT_EQ(refusal("\"format_version\":1", "\"format_version\":2"),
