@@ -18,9 +18,9 @@ packages=(
 )
 case "${1:-build}" in
   build) ;;
-  test) packages+=(libgtest-dev libgmock-dev) ;;
+  test) packages+=(libgtest-dev libgmock-dev python3) ;;
   develop)
-    packages+=(libgtest-dev libgmock-dev libbenchmark-dev clang clang-format clang-tidy libomp-dev
+    packages+=(libgtest-dev libgmock-dev python3 libbenchmark-dev clang clang-format clang-tidy libomp-dev
       gcovr git chromium qemu-user g++-aarch64-linux-gnu) ;;
   *) echo "usage: $0 [build|test|develop]" >&2; exit 2 ;;
 esac

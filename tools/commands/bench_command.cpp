@@ -98,10 +98,9 @@ Timing measure_training(reid::EmbeddingNetwork& network, int batch, bool frozen,
 
 void run(const BenchOptions& options) {
   check_outputs({{"--model", options.model}}, {{"--json", options.json}});
-  reid::Model model =
-      options.model.empty()
-          ? reid::untrained_model(reid::find_architecture(options.architecture), 0)
-          : reid::load_model(options.model);
+  reid::Model model = options.model.empty()
+                          ? reid::untrained_model(reid::find_architecture(options.architecture), 0)
+                          : reid::load_model(options.model);
   reid::EmbeddingNetwork& network = model.network;
   ordered_json result;
   result["threads"] = omp_get_max_threads();
