@@ -66,6 +66,15 @@ TEST_F(TrackInput, DetectionsWithoutTracksAreExplained) {
   EXPECT_THAT(track_rows(rows("0.9", 10)).out, Not(HasSubstr("no tracks")));
 }
 
+TEST_F(TrackInput, BoxesInFractionsAreRecognised) {
+  std::string rows;
+  for (int frame = 1; frame <= 10; ++frame) {
+    rows += std::to_string(frame) + ",-1,0.2,0.3,0.1,0.4,0.9\n";
+  }
+  EXPECT_THAT(track_rows(rows).err, HasSubstr("warning: " + (folder_ / "det.txt").string() +
+                                              ": all boxes lie within 0..1"));
+}
+
 TEST_F(TrackInput, BrokenModels) {
   const auto scene = picture_sequence("s", 3);
   expect_refused(track(scene, {"--model", folder_ / "no.safetensors"}), {"no.safetensors"});

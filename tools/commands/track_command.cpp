@@ -16,6 +16,7 @@
 #include "cli/tracker_arguments.h"
 #include "report/run_report_text.h"
 #include "sdmt/io/output_file.h"
+#include "sdmt/mot/sequence.h"
 #include "sdmt/pipeline/association_log.h"
 #include "sdmt/pipeline/detection_source.h"
 #include "sdmt/pipeline/frame_source.h"
@@ -153,6 +154,10 @@ void TrackCommand::run() const {
   for (const auto& note : frames->notes()) warn(note);
   if (!boxes->file().empty() && !frames->numbering().empty()) warn(frames->numbering());
   for (const auto& note : pipeline::fit_to_scores(options, *boxes)) warn(note);
+  mot::Sequence sequence;
+  if (mot::Sequence::is_sequence(input)) sequence = mot::Sequence::read(input);
+  const std::string odd = boxes->implausibility(sequence.width, sequence.height);
+  if (!odd.empty()) warn(boxes->file().string() + ": " + odd);
 
   const auto appearance = tracker.load_appearance(warn);
   track::Tracker engine(options, appearance.get());

@@ -33,6 +33,9 @@ class DetectionSource {
   virtual bool needs_images() const { return false; }
   /// The file that the boxes come from; empty for a detector.
   virtual std::filesystem::path file() const { return {}; }
+  /// What makes its boxes unlikely to belong to a picture of `width` x `height` pixels (0: not
+  /// known), as mot::describe_implausible(); empty when nothing does.
+  virtual std::string implausibility(int /*width*/, int /*height*/) const { return {}; }
   /// The scores that it will give; nullopt when they are probabilities, or there are none.
   virtual std::optional<ScoreRange> score_range() const { return std::nullopt; }
 };

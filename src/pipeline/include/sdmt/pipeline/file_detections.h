@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "sdmt/mot/mot_file.h"
+#include "sdmt/mot/plausibility.h"
 #include "sdmt/pipeline/detection_source.h"
 
 namespace sdmt::pipeline {
@@ -20,6 +21,9 @@ class FileDetections : public DetectionSource {
   std::vector<mot::Detection> detect(const Frame& frame) override {
     const auto boxes = file_.frame(frame.number);
     return {boxes.begin(), boxes.end()};
+  }
+  std::string implausibility(int width, int height) const override {
+    return mot::describe_implausible(file_, width, height);
   }
   int last_frame() const override { return file_.last_frame(); }
   std::filesystem::path file() const override { return path_; }
