@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "trained_network.h"
 
-#include <bit>
+#include "hash.h"
 
 namespace sdmt::train {
 
@@ -79,19 +79,13 @@ void TrainedNetwork::store() {
 }
 
 std::uint64_t TrainedNetwork::front_fingerprint() {
-  std::uint64_t hash = 0xcbf29ce484222325ULL;  // FNV-1a over words
-  const auto add = [&hash](const nn::Tensor& tensor) {
-    for (const float value : tensor.values()) {
-      hash = (hash ^ std::bit_cast<std::uint32_t>(value)) * 0x100000001b3ULL;
-    }
-  };
+  std::uint64_t state = kEmptyHash;
   for (int i = 0; i < trunk_cut_; ++i) {
-    for (const nn::Parameter* parameter : network_.trunk().layer(i).parameters()) {
-      add(parameter->value);
-    }
-    for (const nn::Buffer* buffer : network_.trunk().layer(i).buffers()) add(buffer->value);
+    nn::Layer& layer = network_.trunk().layer(i);
+    for (const nn::Parameter* parameter : layer.parameters()) hash(state, parameter->value);
+    for (const nn::Buffer* buffer : layer.buffers()) hash(state, buffer->value);
   }
-  return hash;
+  return state;
 }
 
 }  // namespace sdmt::train
