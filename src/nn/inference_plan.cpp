@@ -7,7 +7,9 @@
 
 #include "convolution.h"
 #include "kernels/channel_norm.h"
+#include "sdmt/nn/avg_pool2d.h"
 #include "sdmt/nn/batch_norm.h"
+#include "sdmt/nn/instance_norm.h"
 #include "sdmt/nn/max_pool2d.h"
 #include "sdmt/nn/relu.h"
 
@@ -74,7 +76,9 @@ std::size_t InferencePlan::add_step(const std::vector<Layer*>& layers, std::size
     step.layer = layers[i++];
     step.by_image = dynamic_cast<ReLU*>(step.layer) != nullptr ||
                     dynamic_cast<MaxPool2d*>(step.layer) != nullptr ||
-                    dynamic_cast<BatchNorm*>(step.layer) != nullptr;
+                    dynamic_cast<AvgPool2d*>(step.layer) != nullptr ||
+                    dynamic_cast<BatchNorm*>(step.layer) != nullptr ||
+                    dynamic_cast<InstanceNorm*>(step.layer) != nullptr;
   }
   steps_.push_back(step);
   return i - begin;

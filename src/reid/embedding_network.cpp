@@ -3,8 +3,10 @@
 
 #include <utility>
 
+#include "sdmt/nn/avg_pool2d.h"
 #include "sdmt/nn/batch_norm.h"
 #include "sdmt/nn/conv2d.h"
+#include "sdmt/nn/instance_norm.h"
 #include "sdmt/nn/l2_normalize.h"
 #include "sdmt/nn/linear.h"
 #include "sdmt/nn/max_pool2d.h"
@@ -34,10 +36,18 @@ std::unique_ptr<nn::Layer> make_layer(const LayerDescription& description, const
           nn::BatchNormOptions{.num_features = in.c,
                                .initial_gamma = description.initial_gamma,
                                .initial_beta = description.initial_beta});
+    case LayerType::instance_norm2d:
+      return std::make_unique<nn::InstanceNorm>(
+          nn::InstanceNormOptions{.num_features = in.c,
+                                  .initial_gamma = description.initial_gamma,
+                                  .initial_beta = description.initial_beta});
     case LayerType::relu:
       return std::make_unique<nn::ReLU>();
     case LayerType::max_pool2d:
       return std::make_unique<nn::MaxPool2d>();
+    case LayerType::avg_pool2d:
+      return std::make_unique<nn::AvgPool2d>(
+          nn::AvgPool2dOptions{description.block_height, description.block_width});
     case LayerType::l2_normalize:
       return std::make_unique<nn::L2Normalize>();
   }
@@ -91,6 +101,9 @@ void EmbeddingNetwork::initialize(std::uint64_t seed) {
         norm->bias().value.fill(norm->options().initial_beta);
         norm->running_mean().value.fill(0.0F);
         norm->running_var().value.fill(1.0F);
+      } else if (auto* instance_norm = dynamic_cast<nn::InstanceNorm*>(&layer)) {
+        instance_norm->weight().value.fill(instance_norm->options().initial_gamma);
+        instance_norm->bias().value.fill(instance_norm->options().initial_beta);
       }
     }
   }

@@ -36,12 +36,15 @@ class JsonReader {
   T get(const char* key, T fallback) const {
     return has(key) ? get<T>(key) : std::move(fallback);
   }
-  std::array<float, 3> get_channels(const char* key) const {
+  template <typename T, std::size_t size>
+  std::array<T, size> get_list(const char* key) const {
     const nlohmann::json& list = value(key);
-    if (!list.is_array() || list.size() != 3) fail(key, "is not a list of 3 numbers");
-    std::array<float, 3> channels{};
-    for (std::size_t i = 0; i < 3; ++i) channels[i] = convert<float>(key, list[i]);
-    return channels;
+    if (!list.is_array() || list.size() != size) {
+      fail(key, "is not a list of " + std::to_string(size) + " numbers");
+    }
+    std::array<T, size> numbers{};
+    for (std::size_t i = 0; i < size; ++i) numbers[i] = convert<T>(key, list[i]);
+    return numbers;
   }
   std::vector<std::string> get_texts(const char* key) const {
     if (!value(key).is_array()) fail(key, "is not a list of texts");

@@ -33,8 +33,8 @@ image::Preprocessing read_preprocessing(const JsonReader& reader) {
     reader.fail("channel_order", "is \"" + order + "\", expected \"rgb\" or \"bgr\"");
   }
   preprocessing.order = order == "rgb" ? image::ChannelOrder::rgb : image::ChannelOrder::bgr;
-  preprocessing.mean = reader.get_channels("mean");
-  preprocessing.std = reader.get_channels("std");
+  preprocessing.mean = reader.get_list<float, 3>("mean");
+  preprocessing.std = reader.get_list<float, 3>("std");
   return preprocessing;
 }
 

@@ -19,11 +19,13 @@ constexpr std::size_t kMaxWeights = std::size_t{1} << 29;  // of a layer: 2 GiB
 
 bool works_on_maps(LayerType type) {
   return type == LayerType::conv2d || type == LayerType::batch_norm2d ||
-         type == LayerType::max_pool2d;
+         type == LayerType::instance_norm2d || type == LayerType::max_pool2d ||
+         type == LayerType::avg_pool2d;
 }
 
 bool is_norm(LayerType type) {
-  return type == LayerType::batch_norm1d || type == LayerType::batch_norm2d;
+  return type == LayerType::batch_norm1d || type == LayerType::batch_norm2d ||
+         type == LayerType::instance_norm2d;
 }
 
 std::string map_text(const nn::Shape& map) {
@@ -41,6 +43,8 @@ nn::Shape output_of(const LayerDescription& layer, const nn::Shape& in) {
       return {1, extent(in.h), extent(in.w), layer.out_channels};
     case LayerType::max_pool2d:
       return {1, in.h / 2, in.w / 2, in.c};
+    case LayerType::avg_pool2d:
+      return {1, in.h / layer.block_height, in.w / layer.block_width, in.c};
     case LayerType::linear:
       return {1, 1, 1, layer.out_features};
     default:
@@ -79,6 +83,9 @@ class LayerCheck {
       range("kernel_size", layer_.kernel_size, 1, kMaxKernel);
       range("stride", layer_.stride, 1, kMaxKernel);
       range("padding", layer_.padding, 0, layer_.kernel_size - 1);
+    } else if (layer_.type == LayerType::avg_pool2d) {
+      range("kernel_size[0]", layer_.block_height, 1, kMaxSide);
+      range("kernel_size[1]", layer_.block_width, 1, kMaxSide);
     } else if (layer_.type == LayerType::linear) {
       range("out_features", layer_.out_features, 1, kMaxOutputs);
     } else if (is_norm(layer_.type)) {
@@ -110,6 +117,15 @@ class LayerCheck {
   void fit(const nn::Shape& in, const nn::Shape& out) const {
     if (layer_.type == LayerType::max_pool2d && (in.h % 2 != 0 || in.w % 2 != 0)) {
       fail("gets a map of " + map_text(in) + ", expected an even height and width");
+    }
+    if (layer_.type == LayerType::avg_pool2d &&
+        (in.h % layer_.block_height != 0 || in.w % layer_.block_width != 0)) {
+      fail("gets a map of " + map_text(in) + ", expected blocks of " +
+           std::to_string(layer_.block_height) + " x " + std::to_string(layer_.block_width) +
+           " to fill it");
+    }
+    if (layer_.type == LayerType::instance_norm2d && in.h * in.w < 2) {
+      fail("gets a map of " + map_text(in) + ", expected more than one position");
     }
     if (out.image_size() == 0) {
       fail("gets a map of " + map_text(in) + ", expected one as large as its kernel");
@@ -167,10 +183,14 @@ std::string_view layer_type_name(LayerType type) {
       return "Conv2d";
     case LayerType::batch_norm2d:
       return "BatchNorm2d";
+    case LayerType::instance_norm2d:
+      return "InstanceNorm2d";
     case LayerType::relu:
       return "ReLU";
     case LayerType::max_pool2d:
       return "MaxPool2d";
+    case LayerType::avg_pool2d:
+      return "AvgPool2d";
     case LayerType::linear:
       return "Linear";
     case LayerType::batch_norm1d:

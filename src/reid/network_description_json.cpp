@@ -19,7 +19,8 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr std::array kTypes = {
-    LayerType::conv2d, LayerType::batch_norm2d, LayerType::relu,        LayerType::max_pool2d,
+    LayerType::conv2d, LayerType::batch_norm2d, LayerType::instance_norm2d,
+    LayerType::relu,   LayerType::max_pool2d,   LayerType::avg_pool2d,
     LayerType::linear, LayerType::batch_norm1d, LayerType::l2_normalize};
 constexpr int kPool = 2;  // kernel and stride of MaxPool2d
 
@@ -70,6 +71,7 @@ LayerDescription read_layer(const json& object, const std::string& where) {
       break;
     case LayerType::batch_norm1d:
     case LayerType::batch_norm2d:
+    case LayerType::instance_norm2d:
       refuse_other_keys(reader, object, {"initial_gamma", "initial_beta"});
       layer.initial_gamma = reader.get<float>("initial_gamma", layer.initial_gamma);
       layer.initial_beta = reader.get<float>("initial_beta", layer.initial_beta);
@@ -81,6 +83,13 @@ LayerDescription read_layer(const json& object, const std::string& where) {
         if (value != kPool) reader.fail(key, "is " + std::to_string(value) + ", expected 2");
       }
       break;
+    case LayerType::avg_pool2d: {
+      refuse_other_keys(reader, object, {"kernel_size"});
+      const auto [height, width] = reader.get_list<int, 2>("kernel_size");
+      layer.block_height = height;
+      layer.block_width = width;
+      break;
+    }
     default:
       refuse_other_keys(reader, object, {});
   }
@@ -104,8 +113,12 @@ ordered_json layer_json(const LayerDescription& layer) {
       break;
     case LayerType::batch_norm1d:
     case LayerType::batch_norm2d:
+    case LayerType::instance_norm2d:
       object["initial_gamma"] = shortest(layer.initial_gamma);
       object["initial_beta"] = shortest(layer.initial_beta);
+      break;
+    case LayerType::avg_pool2d:
+      object["kernel_size"] = {layer.block_height, layer.block_width};
       break;
     default:
       break;

@@ -13,6 +13,7 @@
 #include "nn/random_tensor.h"
 #include "sdmt/nn/batch_norm.h"
 #include "sdmt/nn/conv2d.h"
+#include "sdmt/nn/instance_norm.h"
 #include "sdmt/nn/l2_normalize.h"
 #include "sdmt/nn/linear.h"
 #include "sdmt/nn/max_pool2d.h"
@@ -180,6 +181,21 @@ TEST_P(LayerBackward, BatchNormSeesThroughTheStatistics) {
         norm, random_tensor(in, random),
         [](const Array& x, const std::vector<Array>& parameters) {
           return oracle::batch_norm_training(x, parameters[0], parameters[1], 1e-2);
+        },
+        random);
+  }
+}
+
+TEST_P(LayerBackward, InstanceNormSeesThroughTheStatistics) {
+  Random random(16);
+  for (const Shape in : {Shape{1, 1, 2, 3}, Shape{3, 3, 3, 4}, Shape{2, 23, 27, 9}}) {
+    InstanceNorm norm({.num_features = in.c, .eps = 1e-2});
+    norm.weight().value = random_tensor({1, 1, 1, in.c}, random);
+    norm.bias().value = random_tensor({1, 1, 1, in.c}, random);
+    expect_right_gradients(
+        norm, random_tensor(in, random),
+        [](const Array& x, const std::vector<Array>& parameters) {
+          return oracle::instance_norm(x, parameters[0], parameters[1], 1e-2);
         },
         random);
   }

@@ -18,6 +18,7 @@
 #include "nn/random_tensor.h"
 #include "sdmt/nn/batch_norm.h"
 #include "sdmt/nn/conv2d.h"
+#include "sdmt/nn/instance_norm.h"
 #include "sdmt/nn/l2_normalize.h"
 #include "sdmt/nn/linear.h"
 #include "sdmt/nn/max_pool2d.h"
@@ -315,6 +316,30 @@ TEST(BatchNorm, RefusesABatchOfOneOnlyInTraining) {
   Tensor y;
   EXPECT_THROW(norm.forward(Tensor({1, 1, 1, 3}), y, Mode::training), std::invalid_argument);
   EXPECT_NO_THROW(norm.forward(Tensor({1, 1, 1, 3}), y, Mode::inference));
+}
+
+TEST_P(LayerForward, InstanceNormLooksAtEachImageAlone) {
+  Random random(12);
+  for (const Shape in : {Shape{1, 1, 2, 1}, Shape{3, 5, 2, 4}, Shape{5, 31, 29, 11}}) {
+    InstanceNorm norm({.num_features = in.c});
+    norm.weight().value = random_tensor({1, 1, 1, in.c}, random);
+    norm.bias().value = random_tensor({1, 1, 1, in.c}, random);
+    const Tensor x = random_tensor(in, random);
+    const Array expected =
+        oracle::instance_norm(Array(x), Array(norm.weight().value), Array(norm.bias().value), 1e-5);
+    for (const Mode mode : {Mode::training, Mode::inference}) {
+      Tensor y;
+      norm.forward(x, y, mode);
+      EXPECT_LT(relative_error(y, expected), 1e-6);
+    }
+  }
+}
+
+TEST(InstanceNorm, RefusesAMapOfOnePosition) {
+  InstanceNorm norm({.num_features = 3});
+  Tensor y;
+  EXPECT_THROW(norm.forward(Tensor({4, 1, 1, 3}), y, Mode::training), std::invalid_argument);
+  EXPECT_THROW(norm.forward(Tensor({4, 1, 2, 4}), y, Mode::inference), std::invalid_argument);
 }
 
 TEST(L2Normalize, GivesUnitRowsAndKeepsZeroRows) {

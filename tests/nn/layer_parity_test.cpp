@@ -14,6 +14,7 @@
 #include "sdmt/nn/adam.h"
 #include "sdmt/nn/batch_norm.h"
 #include "sdmt/nn/conv2d.h"
+#include "sdmt/nn/instance_norm.h"
 #include "sdmt/nn/l2_normalize.h"
 #include "sdmt/nn/linear.h"
 #include "sdmt/nn/max_pool2d.h"
@@ -160,7 +161,7 @@ class NormalizedLayerParity : public FixtureNetwork {
         .add("bn1", norm(32))
         .add("relu1", std::make_unique<ReLU>())
         .add("conv2", conv(32, 20, 1, false))
-        .add("bn2", norm(20))
+        .add("in2", std::make_unique<InstanceNorm>(InstanceNormOptions{.num_features = 20}))
         .add("relu2", std::make_unique<ReLU>())
         .add("pool", std::make_unique<MaxPool2d>())
         .add("conv3", conv(20, 12, 2))

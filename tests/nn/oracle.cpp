@@ -100,6 +100,20 @@ Array batch_norm_inference(const Array& x, const Array& weight, const Array& bia
   return y;
 }
 
+Array instance_norm(const Array& x, const Array& weight, const Array& bias, double eps) {
+  Array y = x;
+  const std::size_t size = x.shape.image_size();
+  for (std::size_t n = 0; n < static_cast<std::size_t>(x.shape.n); ++n) {
+    Array image({1, x.shape.h, x.shape.w, x.shape.c});
+    std::copy_n(x.values.begin() + static_cast<std::ptrdiff_t>(n * size), size,
+                image.values.begin());
+    const Array normalised = batch_norm_training(image, weight, bias, eps);
+    std::copy_n(normalised.values.begin(), size,
+                y.values.begin() + static_cast<std::ptrdiff_t>(n * size));
+  }
+  return y;
+}
+
 Array l2_normalize(const Array& x, double eps) {
   Array y = x;
   const std::size_t size = x.shape.image_size();

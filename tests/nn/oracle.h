@@ -37,6 +37,7 @@ Array max_pool2d(const Array& x);
 Array batch_norm_training(const Array& x, const Array& weight, const Array& bias, double eps);
 Array batch_norm_inference(const Array& x, const Array& weight, const Array& bias,
                            const Array& mean, const Array& var, double eps);
+Array instance_norm(const Array& x, const Array& weight, const Array& bias, double eps);
 Array l2_normalize(const Array& x, double eps);
 
 }  // namespace sdmt::nn::oracle

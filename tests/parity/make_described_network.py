@@ -15,19 +15,20 @@ FILE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "reid", "f
                     "described_network.safetensors")
 HEIGHT, WIDTH, PATCHES = 32, 16, 5
 
-# Strides, kernels and biases of every kind; a pooling; a Linear on a map of 4 x 2; a normalised end.
+# Strides, kernels and biases of every kind; a pooling; blocks of a map of 4 x 2, a Linear on the 2 x 2; a normalised end.
 LAYERS = [
     {"name": "conv1", "type": "Conv2d", "out_channels": 8, "kernel_size": 3, "stride": 2, "padding": 1, "bias": False},
     {"name": "bn1", "type": "BatchNorm2d"},
     {"name": "relu1", "type": "ReLU"},
     {"name": "conv2", "type": "Conv2d", "out_channels": 16, "kernel_size": 3, "padding": 1},
-    {"name": "bn2", "type": "BatchNorm2d"},
+    {"name": "in2", "type": "InstanceNorm2d"},
     {"name": "relu2", "type": "ReLU"},
     {"name": "pool", "type": "MaxPool2d", "kernel_size": 2},
     {"name": "conv3", "type": "Conv2d", "out_channels": 24, "kernel_size": 5, "stride": 2, "padding": 2, "bias": False},
     {"name": "bn3", "type": "BatchNorm2d"},
     {"name": "conv4", "type": "Conv2d", "out_channels": 12, "kernel_size": 1},
     {"name": "relu4", "type": "ReLU"},
+    {"name": "blocks", "type": "AvgPool2d", "kernel_size": [2, 1]},
     {"name": "fc1", "type": "Linear", "out_features": 20},
     {"name": "relu5", "type": "ReLU"},
     {"name": "fc2", "type": "Linear", "out_features": 10, "bias": False},
@@ -45,10 +46,12 @@ def build():
             module = nn.Conv2d(channels, **options)
             channels = module.out_channels
         elif layer["type"] == "Linear":
-            module = nn.Linear(channels * (8 if layer["name"] == "fc1" else 1), **options)
+            module = nn.Linear(channels * (4 if layer["name"] == "fc1" else 1), **options)
             channels = module.out_features
         elif layer["type"].startswith("BatchNorm"):
             module = getattr(nn, layer["type"])(channels)
+        elif layer["type"] == "InstanceNorm2d":
+            module = nn.InstanceNorm2d(channels, affine=True)
         elif layer["type"] == "L2Normalize":
             continue
         else:
@@ -63,11 +66,11 @@ def main():
     x = torch.randn(PATCHES, 3, HEIGHT, WIDTH)
     state = modules.state_dict()
     for name, value in state.items():
-        if name.endswith("running_var") or name.startswith("bn") and name.endswith("weight"):
+        if name.endswith("running_var") or name[:2] in ("bn", "in") and name.endswith("weight"):
             value.uniform_(0.5, 1.5)
         elif name.endswith("weight"):
             nn.init.kaiming_normal_(value)
-        elif name.endswith("running_mean") or name.startswith("bn") and name.endswith("bias"):
+        elif name.endswith("running_mean") or name[:2] in ("bn", "in") and name.endswith("bias"):
             value.uniform_(-0.5, 0.5)
     modules.eval()
     with torch.no_grad():

@@ -48,18 +48,18 @@ class NormalizedLayers(nn.Module):
         self.conv1 = nn.Conv2d(3, 32, 3, stride=2, padding=1, bias=False)
         self.bn1 = nn.BatchNorm2d(32)
         self.conv2 = nn.Conv2d(32, 20, 3, padding=1, bias=False)
-        self.bn2 = nn.BatchNorm2d(20)
+        self.in2 = nn.InstanceNorm2d(20, affine=True)
         self.conv3 = nn.Conv2d(20, 12, 3, stride=2, padding=1)
         self.bn3 = nn.BatchNorm2d(12)
         self.fc = nn.Linear(12 * 3 * 2, 16)
         self.bn = nn.BatchNorm1d(16)
-        for bn in (self.bn1, self.bn2, self.bn3):
-            nn.init.uniform_(bn.weight, 0.5, 1.5)
-            nn.init.uniform_(bn.bias, -0.5, 0.5)
+        for norm in (self.bn1, self.in2, self.bn3):
+            nn.init.uniform_(norm.weight, 0.5, 1.5)
+            nn.init.uniform_(norm.bias, -0.5, 0.5)
 
     def forward(self, x):
         x = torch.relu(self.bn1(self.conv1(x)))
-        x = torch.relu(self.bn2(self.conv2(x)))
+        x = torch.relu(self.in2(self.conv2(x)))
         x = nn.functional.max_pool2d(x, 2)
         x = torch.relu(self.bn3(self.conv3(x)))
         x = self.fc(x.flatten(1))

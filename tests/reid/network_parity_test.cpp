@@ -224,7 +224,7 @@ SDMT_INSTANTIATE_EVERY_TARGET(DescribedNetwork);
 TEST_P(DescribedNetwork, EmbedsAsPyTorch) {
   const io::Safetensors file(kFixtures / "described_network.safetensors");
   Model model = read_model(file);
-  EXPECT_EQ(model.network.description().layers.size(), 16u);
+  EXPECT_EQ(model.network.description().layers.size(), 17u);
   EXPECT_EQ(model.network.embedding_size(), 10);
   nn::Tensor patches(model.network.input_shape(5));
   file.read_floats(file.at("test.patches"), patches.values());

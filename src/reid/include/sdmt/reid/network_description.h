@@ -11,13 +11,15 @@ namespace sdmt::reid {
 
 /// Kinds of layers that a network is made of, as PyTorch spells them, and what each needs said.
 enum class LayerType {
-  conv2d,        ///< "Conv2d": out_channels, kernel_size, stride, padding, bias
-  batch_norm2d,  ///< "BatchNorm2d", over the positions of a map: initial_gamma, initial_beta
-  relu,          ///< "ReLU"
-  max_pool2d,    ///< "MaxPool2d": 2x2 with stride 2
-  linear,        ///< "Linear", reads the whole map: out_features, bias
-  batch_norm1d,  ///< "BatchNorm1d", behind a Linear: initial_gamma, initial_beta
-  l2_normalize,  ///< "L2Normalize": onto the unit sphere
+  conv2d,           ///< "Conv2d": out_channels, kernel_size, stride, padding, bias
+  batch_norm2d,     ///< "BatchNorm2d", over the positions of a map: initial_gamma, initial_beta
+  instance_norm2d,  ///< "InstanceNorm2d", affine, over a map of one image: likewise
+  relu,             ///< "ReLU"
+  avg_pool2d,       ///< "AvgPool2d": means over blocks that fill the map, kernel_size [h, w]
+  max_pool2d,       ///< "MaxPool2d": 2x2 with stride 2
+  linear,           ///< "Linear", reads the whole map: out_features, bias
+  batch_norm1d,     ///< "BatchNorm1d", behind a Linear: initial_gamma, initial_beta
+  l2_normalize,     ///< "L2Normalize": onto the unit sphere
 };
 
 /// One layer. Numbers that its type does not need stay at their defaults, which are PyTorch's.
@@ -29,6 +31,8 @@ struct LayerDescription {
   int kernel_size = 0;         ///< 1 to 15, square
   int stride = 1;              ///< 1 to 15
   int padding = 0;             ///< zeros on every side, 0 to kernel_size - 1
+  int block_height = 1;        ///< of AvgPool2d's kernel and stride, >= 1
+  int block_width = 1;         ///< likewise
   int out_features = 0;        ///< 1 to 65536
   bool bias = true;            ///< of Conv2d and Linear
   float initial_gamma = 1.0F;  ///< where a batch normalisation starts, > 0

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "sdmt/nn/layer.h"
+
+namespace sdmt::nn {
+
+struct ChannelStatistics;
+
+struct InstanceNormOptions {
+  int num_features = 0;        ///< channels, >= 1
+  double eps = 1e-5;           ///< added to the variance, > 0
+  float initial_gamma = 1.0F;  ///< start of `weight`
+  float initial_beta = 0.0F;   ///< start of `bias`
+
+  /// Throws std::invalid_argument naming field, value and bound.
+  void validate() const;
+};
+
+/// Instance normalisation over the positions of a channel in one image (Ulyanov, Vedaldi &
+/// Lempitsky, 2016), as torch.nn.InstanceNorm2d with affine=True: y = (x - mean) / sqrt(var + eps)
+/// * weight + bias, with the mean and biased variance of the image itself in both modes. It takes
+/// away what a camera and its light do to a whole picture, so that networks with it in their first
+/// layers go on working on other cameras (Pan et al., "Two at Once", 2018); further up it would
+/// take away what people are told apart by.
+class InstanceNorm : public Layer {
+ public:
+  /// Throws as InstanceNormOptions::validate().
+  explicit InstanceNorm(InstanceNormOptions options);
+  ~InstanceNorm() override;
+
+  const InstanceNormOptions& options() const { return options_; }
+
+  Parameter& weight() { return weight_; }  ///< gamma, [1,1,1,num_features]
+  Parameter& bias() { return bias_; }      ///< beta, [1,1,1,num_features]
+
+  std::string_view type() const override { return "InstanceNorm2d"; }
+  /// Throws std::invalid_argument for other channels and for a map of a single position.
+  Shape output_shape(Shape in) const override;
+  void forward(const Tensor& x, Tensor& y, Mode mode) override;
+  /// Uses the statistics of the last forward in training mode. Does not read y.
+  void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
+  std::vector<Parameter*> parameters() override { return {&weight_, &bias_}; }
+
+ private:
+  InstanceNormOptions options_;
+  Parameter weight_;
+  Parameter bias_;
+  std::vector<ChannelStatistics> images_;  // of the last forward in training mode
+};
+
+}  // namespace sdmt::nn

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sdmt/nn/instance_norm.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "kernels/channel_norm.h"
+#include "parameter_access.h"
+#include "sdmt/io/checked_value.h"
+
+namespace sdmt::nn {
+
+namespace {
+
+ChannelStatistics statistics_of(const Tensor& image, double eps) {
+  ChannelMoments moments = channel_moments(image);
+  const double rows = static_cast<double>(image.size()) / image.shape().c;
+  ChannelStatistics statistics{std::move(moments.mean), std::move(moments.squares)};
+  for (double& value : statistics.inv_std) value = 1.0 / std::sqrt(value / rows + eps);
+  return statistics;
+}
+
+ChannelAffine affine_of(const ChannelStatistics& statistics, const Tensor& weight,
+                        const Tensor& bias) {
+  ChannelAffine affine;
+  for (int c = 0; c < weight.shape().c; ++c) {
+    const double scale = weight.data()[c] * statistics.inv_std[c];
+    affine.scale.push_back(scale);
+    affine.shift.push_back(bias.data()[c] - statistics.mean[c] * scale);
+  }
+  return affine;
+}
+
+}  // namespace
+
+void InstanceNormOptions::validate() const {
+  io::require(num_features >= 1, "InstanceNorm: num_features", num_features, ">= 1");
+  io::require(eps > 0.0, "InstanceNorm: eps", eps, "> 0");
+}
+
+InstanceNorm::InstanceNorm(InstanceNormOptions options) : options_(options) {
+  options_.validate();
+  const Shape shape{1, 1, 1, options_.num_features};
+  weight_.name = "weight";
+  weight_.value = Tensor(shape);
+  weight_.value.fill(options_.initial_gamma);
+  bias_.name = "bias";
+  bias_.value = Tensor(shape);
+  bias_.value.fill(options_.initial_beta);
+  weight_.decay = bias_.decay = false;
+}
+
+InstanceNorm::~InstanceNorm() = default;
+
+Shape InstanceNorm::output_shape(Shape in) const {
+  if (in.c != options_.num_features || in.h * in.w < 2) {
+    throw std::invalid_argument("InstanceNorm: input is " + in.str() + ", expected " +
+                                std::to_string(options_.num_features) +
+                                " channels and more than one position");
+  }
+  return in;
+}
+
+void InstanceNorm::forward(const Tensor& x, Tensor& y, Mode mode) {
+  output_shape(x.shape());
+  y.resize(x.shape());
+  const int images = x.shape().n;
+  if (mode == Mode::training) images_.resize(images);
+#pragma omp parallel for schedule(static)
+  for (int i = 0; i < images; ++i) {
+    const Tensor from = x.images(i, 1);
+    Tensor to = y.images(i, 1);
+    ChannelStatistics statistics = statistics_of(from, options_.eps);
+    channel_affine(from, affine_of(statistics, weight_.value, bias_.value), to);
+    if (mode == Mode::training) images_[i] = std::move(statistics);
+  }
+}
+
+void InstanceNorm::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* dx) {
+  const int images = x.shape().n;
+  if (dx != nullptr) dx->resize(x.shape());
+  std::vector<ChannelGradientSums> sums(images);
+#pragma omp parallel for schedule(static)
+  for (int i = 0; i < images; ++i) {
+    const Tensor from = x.images(i, 1);
+    const Tensor gradient = dy.images(i, 1);
+    const ChannelAffine affine = affine_of(images_[i], weight_.value, bias_.value);
+    sums[i] = channel_gradient_sums(from, gradient, images_[i], affine);
+    if (dx == nullptr) continue;
+    Tensor to = dx->images(i, 1);
+    channel_input_gradient(from, gradient, images_[i], affine, sums[i], to);
+  }
+  const auto add = [&](Parameter& parameter, ChannelValues ChannelGradientSums::*sum) {
+    if (!parameter.trainable) return;
+    float* const to = gradient_of(parameter);
+    for (int c = 0; c < options_.num_features; ++c) {
+      double total = 0.0;
+      for (const ChannelGradientSums& image : sums) total += (image.*sum)[c];
+      to[c] += static_cast<float>(total);
+    }
+  };
+  add(weight_, &ChannelGradientSums::dy_by_x);
+  add(bias_, &ChannelGradientSums::dy);
+}
+
+}  // namespace sdmt::nn
