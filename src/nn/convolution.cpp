@@ -95,12 +95,12 @@ void Convolution::forward_after(const Convolution& first, const Tensor& x,
 }
 
 const WinogradWeights& Convolution::winograd_weights(Shape out, Mode mode) {
-  // Training takes the small tiles: its weights change with every step, and large tiles make more
+  // Training takes the tiles of 4x4: its weights change with every step, and larger ones make more
   // of them.
   const WinogradTileSize tile =
       mode == Mode::training ? WinogradTileSize() : fastest_winograd_tile(out.h, out.w);
-  WinogradWeights& weights = tile == WinogradTileSize() ? winograd_small_ : winograd_large_;
-  if (weights.empty()) weights.set(weight_, tile);
+  WinogradWeights& weights = tile == WinogradTileSize() ? winograd_training_ : winograd_inference_;
+  if (weights.empty() || weights.tile() != tile) weights.set(weight_, tile);
   return weights;
 }
 
@@ -187,8 +187,8 @@ void Convolution::input_gradient_im2col(const Tensor& x, const Tensor& dy, Tenso
 }
 
 void Convolution::weights_changed() {
-  winograd_small_.clear();
-  winograd_large_.clear();
+  winograd_training_.clear();
+  winograd_inference_.clear();
   winograd_transposed_.clear();
 }
 

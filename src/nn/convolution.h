@@ -52,8 +52,8 @@ class Convolution {
   const Tensor& weight_;
   const Tensor& bias_;
   // Made when first needed: for forward, and for the gradient of x.
-  WinogradWeights winograd_small_;  // 4x4
-  WinogradWeights winograd_large_;  // 8x8
+  WinogradWeights winograd_training_;   // tiles of 4x4
+  WinogradWeights winograd_inference_;  // of the tile for the last map, unless that is 4x4
   WinogradWeights winograd_transposed_;
 };
 

@@ -242,7 +242,7 @@ TEST(Embedder, EmbeddingsThatAreNoUnitVectorsAreAnError) {
   for (const float gamma : {1e30F, 0.0F}) {
     Model model = read_model(io::Safetensors(kFixtures / "described_network.safetensors"));
     for (const StoredTensor& tensor : stored_tensors(model.network)) {
-      if (tensor.name == "bn.weight" || tensor.name == "bn1.weight") tensor.value->fill(gamma);
+      if (tensor.name == "bn.weight" || tensor.name == "bn3.weight") tensor.value->fill(gamma);
       if (tensor.name == "bn.bias") tensor.value->fill(0);
     }
     model.network.parameters_changed();

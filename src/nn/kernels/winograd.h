@@ -15,16 +15,16 @@ class RgbRows;
 /// Gray, "Fast Algorithms for Convolutional Neural Networks", CVPR 2016): an (h+2) x (w+2) tile of
 /// the input and the weights are transformed, multiplied channel by channel at each of the
 /// positions, which makes as many matrix products over all tiles, and transformed back to an h x w
-/// tile of the output. For 4x4, 36 multiplications stand for 144; for 8x8, 100 for 576. The
-/// interpolation points (winograd_points.h) are chosen for their rounding error: with 256 channels
-/// its root mean square is 7e-7 of the largest output for 4x4 and 8e-6 for 8x8, where the sum
-/// itself has 2e-7 (docs/performance.md).
+/// tile of the output. For 4x4, 36 multiplications stand for 144; for 8x8, 100 for 576; for 2x4, 24
+/// for 72. The interpolation points (winograd_points.h) are chosen for their rounding error: with
+/// 256 channels its root mean square is 7e-7 of the largest output for 4x4 and 8e-6 for 8x8, where
+/// the sum itself has 2e-7 (docs/performance.md).
 
 /// Weights in the transformed domain, in the order in which this machine's matrix kernel reads
 /// them.
 class WinogradWeights {
  public:
-  /// From weights [out,3,3,in], for tiles of 4x4 or 8x8.
+  /// From weights [out,3,3,in], for tiles of 2x4, 4x4 or 8x8.
   void set(const Tensor& weight, WinogradTileSize tile);
   /// For the gradient with respect to the input: weights turned by 180 degrees, in and out swapped;
   /// tiles of 4x4.
@@ -45,9 +45,9 @@ class WinogradWeights {
   Tensor values_;  // [position][panel of columns][in][column]
 };
 
-/// The tile with which an image of h rows and w columns takes the fewest multiplications. 4x4 on
-/// instruction sets that round between multiplication and addition: 8x8 would double its error
-/// there.
+/// The tile with which an image of h rows and w columns takes the least time: large ones save
+/// multiplications, small ones have fewer weights to be read. 4x4 on instruction sets that round
+/// between multiplication and addition: 8x8 would double its error there.
 WinogradTileSize fastest_winograd_tile(int h, int w);
 
 /// y [n,h,w,out] or, with max_pool, [n,h/2,w/2,out]; y is resized. Each value depends on its own

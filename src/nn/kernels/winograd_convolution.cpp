@@ -227,6 +227,8 @@ void ConvolveTiles(const WinogradTask& task, const WinogradBlock& block) {
 void ConvolveBlock(const WinogradTask& task, const WinogradBlock& block) {
   if (task.tiles.size == WinogradTileSize{8, 8}) {
     ConvolveTiles<8, 8>(task, block);
+  } else if (task.tiles.size == WinogradTileSize{2, 4}) {
+    ConvolveTiles<2, 4>(task, block);
   } else {
     ConvolveTiles<4, 4>(task, block);
   }
@@ -247,13 +249,20 @@ HWY_EXPORT(FusesMultiplyAndAdd);
 
 WinogradTileSize fastest_winograd_tile(int h, int w) {
   if (!HWY_DYNAMIC_DISPATCH(FusesMultiplyAndAdd)()) return {4, 4};
-  const auto cost = [h, w](int tile) {  // multiplications for a pair of channels
-    const std::int64_t rows = (h + tile - 1) / tile;
-    const std::int64_t columns = (w + tile - 1) / tile;
-    return rows * columns * (tile + 2) * (tile + 2);
+  // For a pair of channels: the multiplications of an image, and the reading of the transformed
+  // weights, which costs as much as some multiplications more. Where a few images of small maps
+  // come alone, the weights are most of what is read.
+  constexpr std::int64_t kReading = 3;
+  const auto cost = [h, w](WinogradTileSize tile) {
+    const std::int64_t rows = (h + tile.height - 1) / tile.height;
+    const std::int64_t columns = (w + tile.width - 1) / tile.width;
+    return (rows * columns + kReading) * tile.positions();
   };
-  const int tile = cost(8) < cost(4) ? 8 : 4;
-  return {tile, tile};
+  WinogradTileSize best{8, 8};
+  for (const WinogradTileSize tile : {WinogradTileSize{4, 4}, WinogradTileSize{2, 4}}) {
+    if (cost(tile) < cost(best)) best = tile;
+  }
+  return best;
 }
 
 namespace {

@@ -7,7 +7,7 @@
 
 namespace sdmt::nn {
 
-/// Extent of an output tile: 4x4 or 8x8.
+/// Extent of an output tile: 2x4, 4x4 or 8x8.
 struct WinogradTileSize {
   int height = 4;
   int width = 4;

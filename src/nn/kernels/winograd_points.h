@@ -11,6 +11,8 @@ namespace sdmt::nn {
 template <int kTile>
 inline constexpr std::array<double, static_cast<std::size_t>(kTile / 2)> kWinogradPoints = {};
 template <>
+inline constexpr std::array<double, 1> kWinogradPoints<2> = {1.0};
+template <>
 inline constexpr std::array<double, 2> kWinogradPoints<4> = {0.70710678118654752440,
                                                              1.41421356237309504880};
 template <>
@@ -32,7 +34,7 @@ struct WinogradCoefficients {
 
   constexpr WinogradCoefficients() {
     product = without(kPairCount);
-    product[0] = 1.0;  // as the points come in pairs
+    product[0] = kPairs % 2 == 0 ? 1.0 : -1.0;  // as the product of all p is 1
     for (std::size_t i = 0; i < kPairCount; ++i) {
       others[i] = without(i);
       double value = 0.0;

@@ -22,8 +22,9 @@ HWY_INLINE void TransformLine(const FloatVec (&x)[kTile + 2], FloatVec (&v)[kTil
   const FloatTag d;
   constexpr int kPairs = kTile / 2;
   constexpr WinogradCoefficients<kTile> kCoefficients;
-  FloatVec first = hn::Add(x[0], x[kTile]);
-  FloatVec last = hn::Add(x[1], x[kTile + 1]);
+  constexpr bool kPlus = kCoefficients.product[0] > 0.0;
+  FloatVec first = kPlus ? hn::Add(x[0], x[kTile]) : hn::Sub(x[kTile], x[0]);
+  FloatVec last = kPlus ? hn::Add(x[1], x[kTile + 1]) : hn::Sub(x[kTile + 1], x[1]);
 #pragma GCC unroll 4
   for (int k = 1; k < kPairs; ++k) {
     const FloatVec c = hn::Set(d, static_cast<float>(kCoefficients.product[k]));

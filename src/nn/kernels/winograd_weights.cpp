@@ -36,7 +36,7 @@ using TapMatrix = std::array<std::array<double, 3>, 10>;
 template <int kTile>
 constexpr TapMatrix tap_matrix() {
   TapMatrix g{};
-  g[0][0] = 1.0;
+  g[0][0] = kWinograd<kTile>.product[0];
   for (std::size_t i = 0; i < kTile / 2; ++i) {
     const double p = kWinograd<kTile>.point[i];
     const double scale = kWinograd<kTile>.scale[i];
@@ -48,9 +48,10 @@ constexpr TapMatrix tap_matrix() {
 }
 
 const TapMatrix& tap_matrix(int tile) {
+  static constexpr TapMatrix kTwo = tap_matrix<2>();
   static constexpr TapMatrix kFour = tap_matrix<4>();
   static constexpr TapMatrix kEight = tap_matrix<8>();
-  return tile == 4 ? kFour : kEight;
+  return tile == 2 ? kTwo : tile == 4 ? kFour : kEight;
 }
 
 constexpr int kMostColumns = 32;
