@@ -70,7 +70,7 @@ bool DetectionAssignment::affinity(const Tracklet& tracklet, const FrameDetectio
   const double floor = options_.rescale_affinity ? options_.min_iou : 0.0;
   const double motion = (pair.iou - floor) / (1 - floor);
   value = motion;
-  const auto detection = static_cast<std::size_t>(pair.b);
+  const int detection = pair.b;
   if (!detections.flags[detection].embedded || tracklet.gallery.empty()) return true;
   if (!options_.appearance_gate && options_.lambda <= 0) return true;
   double appearance =

@@ -250,7 +250,7 @@ void Tracker::State::update_tracklets() {
   std::vector<bool> taken(detections.size(), false);
   for (const Match& match : matches) {
     Tracklet& tracklet = *active[match.tracklet];
-    const auto detection = static_cast<std::size_t>(match.detection);
+    const int detection = match.detection;
     taken[detection] = true;
     const mot::Cxcywh box = mot::to_cxcywh(detections.boxes[detection]);
     tracklet.state = motion.update(tracklet.state, box);
