@@ -9,6 +9,7 @@
 #include "sdmt/mot/sequence.h"
 #include "sdmt/pipeline/file_detections.h"
 #include "sdmt/pipeline/hog_detector.h"
+#include "sdmt/pipeline/network_detector.h"
 
 namespace sdmt::pipeline {
 
@@ -29,6 +30,14 @@ std::unique_ptr<DetectionSource> open_detection_source(const std::string& spec,
                                                        const HogOptions& hog) {
   if (spec == "hog") return std::make_unique<HogDetector>(hog);
   return std::make_unique<FileDetections>(mot::DetectionFile::read(spec), spec);
+}
+
+std::unique_ptr<DetectionSource> open_detector(const std::string& detector,
+                                               const DetectorOptions& options) {
+  if (detector == "hog") return std::make_unique<HogDetector>(options.hog);
+  NetworkOptions network = options.network;
+  network.file = detector;
+  return std::make_unique<NetworkDetector>(network);
 }
 
 std::string default_detections(const std::string& input) {

@@ -2,7 +2,6 @@
 #include "sdmt/pipeline/hog_detector.h"
 
 #include <fmt/core.h>
-#include <omp.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include <tuple>
 
 #include "mat_view.h"
+#include "opencv_threads.h"
 
 namespace sdmt::pipeline {
 
@@ -32,18 +32,6 @@ constexpr double kSuppressionOverlap = 0.6;
 constexpr double kMarginWeight = 0.95;
 constexpr double kCountWeight = 2.55;
 constexpr double kBias = -3.07;
-
-// OpenCV spreads the scales over its own threads; for the rest it keeps what it had.
-class OpenCvThreads {
- public:
-  explicit OpenCvThreads(int threads) : before_(cv::getNumThreads()) { cv::setNumThreads(threads); }
-  ~OpenCvThreads() { cv::setNumThreads(before_); }
-  OpenCvThreads(const OpenCvThreads&) = delete;
-  OpenCvThreads& operator=(const OpenCvThreads&) = delete;
-
- private:
-  int before_;
-};
 
 struct Response {
   mot::Tlwh box;  // the person's, not the window
@@ -138,7 +126,7 @@ std::vector<mot::Detection> HogDetector::detect(const Frame& frame) {
   std::vector<cv::Rect> windows;
   std::vector<double> margins;
   {
-    const OpenCvThreads threads(omp_get_max_threads());
+    const OpenCvThreads threads;
     hog.detectMultiScale(image, windows, margins, kLeastMargin, cv::Size(8, 8), cv::Size(16, 16),
                          kScaleStep, 0);
   }

@@ -16,6 +16,21 @@ double rate(std::int64_t frames, double seconds) {
   return seconds > 0 ? static_cast<double>(frames) / seconds : 0;
 }
 
+// Adds the life time of the object to a sum of seconds.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& seconds) : seconds_(seconds) {}
+  ~Stopwatch() {
+    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  double& seconds_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
 }  // namespace
 
 double RunReport::tracker_seconds() const {
@@ -46,14 +61,23 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
 
   RunReport report;
   Frame frame;
+  std::vector<mot::Detection> boxes;
   bool stopped = false;
   while (!(stopped = observers.stop && observers.stop()) && frames.next(frame, decode)) {
     unreadable.add(frame, "the frame is tracked by motion alone");
     if (observers.read) observers.read(frame);
     const image::ImageView view = frame.image.view();
-    deliver(tracker.update(detections.detect(frame), frame.has_image() ? &view : nullptr));
+    try {
+      const Stopwatch watch(report.detect_seconds);
+      boxes = detections.detect(frame);
+    } catch (const std::exception&) {
+      report.failure = std::current_exception();
+      break;
+    }
+    deliver(tracker.update(boxes, frame.has_image() ? &view : nullptr));
   }
   const int read = frame.number;
+  stopped = stopped || report.failure != nullptr;
   // Some containers only estimate their length: a frame or two, or one in a hundred, say nothing.
   const int missing = frames.frame_count() - read;
   report.ended_early = !stopped && missing > std::max(2, frames.frame_count() / 100);

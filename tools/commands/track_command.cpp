@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <exception>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -10,6 +11,7 @@
 
 #include "cli/command.h"
 #include "cli/console.h"
+#include "cli/detection_arguments.h"
 #include "cli/output_paths.h"
 #include "cli/progress.h"
 #include "cli/stop_signal.h"
@@ -31,14 +33,13 @@ void warn(const std::string& text) { say(stderr, "sdmt track: warning: {}\n", te
 
 struct TrackCommand {
   std::string input;
-  std::string detections;
   std::string output;
   std::string jsonl;
   std::string render;
   std::string json;
   std::string explain;
   bool stats = false;
-  pipeline::HogOptions hog;
+  DetectionArguments detections;
   TrackerArguments tracker;
 
   void run() const;
@@ -105,13 +106,15 @@ void TrackCommand::check_wanted() const {
 }
 
 void TrackCommand::check_outputs(const pipeline::DetectionSource& boxes) const {
-  tools::check_outputs(
-      {{"INPUT", input}, {"--detections", boxes.file()}, {"--model", tracker.model}},
-      {{"--output", output},
-       {"--jsonl", jsonl},
-       {"--render", render},
-       {"--json", json},
-       {"--explain", explain}});
+  tools::check_outputs({{"INPUT", input},
+                        {"--detections", boxes.file()},
+                        {"--detector", detections.detector},
+                        {"--model", tracker.model}},
+                       {{"--output", output},
+                        {"--jsonl", jsonl},
+                        {"--render", render},
+                        {"--json", json},
+                        {"--explain", explain}});
 }
 
 void TrackCommand::check_images(const pipeline::FrameSource& frames,
@@ -142,8 +145,7 @@ void TrackCommand::run() const {
   check_wanted();
   // Open: until here a signal ends the process at once, whatever an input waits for.
   const auto frames = pipeline::open_frame_source(input);
-  const auto boxes = pipeline::open_detection_source(
-      detections.empty() ? pipeline::default_detections(input) : detections, hog);
+  const auto boxes = detections.open(input);
   const StopSignal stop;
 
   // Check: everything that can be wrong is found before the work begins.
@@ -180,6 +182,7 @@ void TrackCommand::run() const {
   }
   outputs.commit(run);
   report(run);
+  if (run.failure != nullptr) std::rethrow_exception(run.failure);
   if (stop.requested()) return;
   if (frames->endless() || (run.ended_early && !frames->repeatable())) {
     throw std::runtime_error(
@@ -200,13 +203,7 @@ void add_track_command(CLI::App& app) {
       ->type_name("INPUT");
   sub->add_option("--output", command->output, "Tracks as MOTChallenge result rows")
       ->type_name("FILE");
-  sub->add_option("--detections", command->detections,
-                  "MOT det.txt, or hog: OpenCV's people detector [the sequence's det/det.txt, "
-                  "else hog]")
-      ->type_name("FILE|hog");
-  sub->add_option("--hog-min-height", command->hog.min_person_height,
-                  "Smallest person the people detector looks for, pixels")
-      ->capture_default_str();
+  add_detection_arguments(*sub, command->detections);
   sub->add_option("--jsonl", command->jsonl, "Finished frames as JSON lines; - for standard output")
       ->type_name("FILE");
   sub->add_option("--render", command->render,

@@ -20,7 +20,8 @@ std::string run_report_json(const pipeline::RunReport& report) {
                                     {"hz", report.hz()},
                                     {"hz_without_embedding", report.hz_without_embedding()},
                                     {"stage_ms",
-                                     {{"embed", per_frame(stats.embed_seconds)},
+                                     {{"detect", per_frame(report.detect_seconds)},
+                                      {"embed", per_frame(stats.embed_seconds)},
                                       {"predict", per_frame(stats.predict_seconds)},
                                       {"assign", per_frame(stats.assign_seconds)},
                                       {"boost", per_frame(stats.boost_seconds)},
@@ -76,13 +77,14 @@ std::string stage_table(const pipeline::RunReport& report) {
   const auto line = [&](const char* stage, double seconds) {
     text += fmt::format("{:<10} {:9.3f}\n", stage, 1000 * seconds / frames);
   };
+  line("detect", report.detect_seconds);
   line("predict", stats.predict_seconds);
   line("embed", stats.embed_seconds);
   line("assign", stats.assign_seconds);
   line("boost", stats.boost_seconds);
   line("associate", stats.associate_seconds);
   line("emit", stats.emit_seconds);
-  line("total", report.tracker_seconds());
+  line("tracker", report.tracker_seconds());
   text += fmt::format(
       "{:.1f} Hz with embedding, {:.1f} Hz without (reading, detecting and drawing excluded)\n",
       report.hz(), report.hz_without_embedding());

@@ -10,6 +10,7 @@
 #include "sdmt/mot/detection.h"
 #include "sdmt/pipeline/frame_source.h"
 #include "sdmt/pipeline/hog_options.h"
+#include "sdmt/pipeline/network_options.h"
 #include "sdmt/track/tracker_options.h"
 
 namespace sdmt::pipeline {
@@ -44,6 +45,16 @@ class DetectionSource {
 /// std::invalid_argument as these.
 std::unique_ptr<DetectionSource> open_detection_source(const std::string& spec,
                                                        const HogOptions& hog = {});
+
+/// What a detector of either kind is told.
+struct DetectorOptions {
+  HogOptions hog;
+  NetworkOptions network;  ///< but for its file
+};
+
+/// `detector` is "hog" (HogDetector) or the file of a network (NetworkDetector). Throws as these.
+std::unique_ptr<DetectionSource> open_detector(const std::string& detector,
+                                               const DetectorOptions& options = {});
 
 /// What open_detection_source() takes where nobody said otherwise: the det/det.txt of a MOT
 /// sequence that has one, else "hog".

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <exception>
 #include <functional>
 #include <string>
 
@@ -17,7 +18,11 @@ struct RunReport {
   track::TrackerStats stats;
   int unreadable = 0;        ///< frames without an image where one was wanted
   bool ended_early = false;  ///< the input ended by itself, clearly before the frames it announced
-  double total_seconds = 0;  ///< of wall time, everything included
+  /// What the source of detections threw: the input ends there as at its last frame, and what
+  /// came before is finished. nullptr when nothing did.
+  std::exception_ptr failure;
+  double detect_seconds = 0;  ///< in the source of detections
+  double total_seconds = 0;   ///< of wall time, everything included
 
   /// Seconds inside the tracker.
   double tracker_seconds() const;
@@ -38,7 +43,7 @@ struct RunObservers {
 /// `images`: whether the tracker or an observer look at frames; where the detector does not either,
 /// nothing is decoded. Frames that cannot be read are tracked by motion on the detections they
 /// have, and counted. Throws std::invalid_argument when not one of the frames could be read, and
-/// what the parts throw.
+/// what the other parts throw.
 RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::Tracker& tracker,
                        bool images, const RunObservers& observers);
 

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <omp.h>
+
+#include <opencv2/core/utility.hpp>
+
+namespace sdmt::pipeline {
+
+/// While it lives, OpenCV has as many threads as OpenMP, which the embedder uses before and after;
+/// for the rest it keeps what it had.
+class OpenCvThreads {
+ public:
+  OpenCvThreads() : before_(cv::getNumThreads()) { cv::setNumThreads(omp_get_max_threads()); }
+  ~OpenCvThreads() { cv::setNumThreads(before_); }
+  OpenCvThreads(const OpenCvThreads&) = delete;
+  OpenCvThreads& operator=(const OpenCvThreads&) = delete;
+
+ private:
+  int before_;
+};
+
+}  // namespace sdmt::pipeline

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "sdmt/pipeline/detection_source.h"
+
+namespace sdmt::tools {
+
+/// Where boxes come from, as the command line describes it.
+struct DetectionArguments {
+  std::string detections;  ///< boxes that somebody else made, or "hog"
+  std::string detector;    ///< "hog" or the file of a network
+  pipeline::DetectorOptions options;
+
+  /// For the frames of `input`. Throws std::invalid_argument when both are given, and as
+  /// pipeline::open_detector() and pipeline::open_detection_source().
+  std::unique_ptr<pipeline::DetectionSource> open(const std::string& input) const;
+};
+
+/// Adds --detector and what detectors are told.
+void add_detector_arguments(CLI::App& command, DetectionArguments& arguments);
+/// And --detections.
+void add_detection_arguments(CLI::App& command, DetectionArguments& arguments);
+
+}  // namespace sdmt::tools
