@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// One case for each heavy layer of the paper's network, forward and backward, and a small network
-// whole and layer by layer. The rate counts the multiplications and additions of the direct
+// One case for each heavy layer of the paper's network, forward and backward, and the layers of
+// lite in training. The rate counts the multiplications and additions of the direct
 // convolution, whatever the kernel saves.
 //   bench_nn --benchmark_filter='forward.*' --benchmark_min_time=1
 #include <benchmark/benchmark.h>
 
 #include <string>
 
-#include "lite_network.h"
-#include "sdmt/nn/adam.h"
 #include "sdmt/nn/conv2d.h"
 #include "sdmt/nn/linear.h"
 #include "sdmt/nn/random.h"
+#include "sdmt/reid/architectures.h"
+#include "sdmt/reid/embedding_network.h"
 
 namespace sdmt::nn {
 namespace {
@@ -91,42 +91,12 @@ void fully_connected(benchmark::State& state, bool back) {
   set_rate(state, (back ? 4.0 : 2.0) * batch * 32 * 16 * 256 * 128);
 }
 
-constexpr double kLiteFlops = 0.213e9;
-
-Tensor crops(int batch) { return uniform_tensor({batch, 128, 64, 3}); }
-
-void lite_forward(benchmark::State& state) {
-  const int batch = static_cast<int>(state.range(0));
-  Sequential net;
-  build_lite(net);
-  const Tensor x = crops(batch);
-  for (auto _ : state) net.forward(x, Mode::inference);
-  set_rate(state, kLiteFlops * batch);
-}
-
-/// Forward, backward and Adam.
-void lite_step(benchmark::State& state) {
-  const int batch = static_cast<int>(state.range(0));
-  Sequential net;
-  build_lite(net);
-  Adam adam(net.named_parameters(), {});
-  const Tensor x = crops(batch);
-  const Tensor dy = uniform_tensor({batch, 1, 1, 128});
-  for (auto _ : state) {
-    adam.zero_grad();
-    net.forward(x, Mode::training);
-    net.backward(dy);
-    adam.step();
-    net.parameters_changed();
-  }
-  set_rate(state, 3.0 * kLiteFlops * batch);
-}
-
-/// One layer alone in training.
+/// A layer of lite's trunk alone, in training.
 void lite_layer(benchmark::State& state, int index, bool back) {
-  Sequential net;
-  build_lite(net);
-  const Tensor images = crops(128);
+  reid::EmbeddingNetwork network(reid::lite());
+  network.initialize(3);
+  Sequential& net = network.trunk();
+  const Tensor images = uniform_tensor(network.input_shape(128));
   Tensor x = net.forward(images, Mode::training, 0, index);
   Tensor y;
   Tensor dx;
@@ -144,10 +114,8 @@ void lite_layer(benchmark::State& state, int index, bool back) {
 
 void register_lite() {
   constexpr auto kUnit = benchmark::kMillisecond;
-  benchmark::RegisterBenchmark("lite/forward", lite_forward)->Arg(1)->Arg(8)->Arg(40)->Unit(kUnit);
-  benchmark::RegisterBenchmark("lite/step", lite_step)->Arg(128)->Unit(kUnit);
-  Sequential net;
-  build_lite(net);
+  reid::EmbeddingNetwork network(reid::lite());
+  const Sequential& net = network.trunk();
   for (int i = 0; i < net.size(); ++i) {
     for (const bool back : {false, true}) {
       const std::string name = std::string("lite/") + (back ? "backward/" : "forward/");

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Our engine beside others on the same weights and patches: checks that all agree, lets them run in
-turn, and prints medians and ratios. What is needed is in docs/performance.md.
+turn, and prints medians and ratios. With --rivals, our networks beside other networks, each with its
+own weights. What is needed is in docs/performance.md.
 
     bench/peers/compare.py --build build [--batches 1,8,40,128] [--train 128] [--rounds 15]
+    bench/peers/compare.py --build build --model A B --rivals FOLDER --onnxruntime DIR
 """
 import argparse
 import os
@@ -34,9 +36,20 @@ class Peer:
         return None if answer == "none" else [float(word) for word in answer.split()]
 
 
+def start_networks(args):
+    """Our models and the networks of the folder, one crop at a time as those of the folder want it."""
+    build = pathlib.Path(args.build)
+    peers = [Peer(f"sdmt {pathlib.Path(model).stem}", [build / "peer_sdmt", model], args.threads)
+             for model in args.model]
+    for onnx in sorted(pathlib.Path(args.rivals).glob("*.onnx")):
+        peers.append(Peer(onnx.stem, ["node", HERE / "peer_onnxruntime.mjs", onnx, str(args.threads),
+                                      args.onnxruntime, "256", "128"], args.threads))
+    return peers
+
+
 def start_peers(args, folder):
     build = pathlib.Path(args.build)
-    model = args.model
+    model = args.model[0] if args.model else None
     if not model:
         model = folder / "model.safetensors"
         subprocess.run([build / "sdmt", "init-model", "--seed", "1", "--output", model],
@@ -53,7 +66,8 @@ def start_peers(args, folder):
             onnx = pathlib.Path(args.onnxruntime) / "network.onnx"
             subprocess.run([*torch, "--onnx", onnx], check=True, stdout=subprocess.DEVNULL)
             peers.append(Peer("ONNX Runtime", ["node", HERE / "peer_onnxruntime.mjs", onnx,
-                                               str(args.threads)], args.threads))
+                                               str(args.threads), args.onnxruntime],
+                              args.threads))
     return peers
 
 
@@ -69,16 +83,18 @@ def compare(peers, question, rounds):
             times[peer.name].append(peer.ask(question)[0])
     ours = times[able[0].name]
     print(f"\n{question}")
-    print(f"{'':18}{'median ms':>11}{'min ms':>11}{'sdmt / peer':>13}")
+    print(f"{'':28}{'median ms':>11}{'min ms':>11}{'first / peer':>13}")
     for name, values in times.items():
         ratio = statistics.median(a / b for a, b in zip(ours, values))
-        print(f"{name:18}{statistics.median(values):11.2f}{min(values):11.2f}{ratio:13.2f}", flush=True)
+        print(f"{name:28}{statistics.median(values):11.2f}{min(values):11.2f}{ratio:13.2f}", flush=True)
 
 
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--build", default="build")
-    parser.add_argument("--model", help="a float32 or float16 model; random weights without")
+    parser.add_argument("--model", nargs="+", default=[],
+                        help="float32 or float16 models, several with --rivals; random weights without")
+    parser.add_argument("--rivals", help="folder of other networks as ONNX, for crops of 256 x 128")
     parser.add_argument("--python", default="/usr/bin/python3", help="one that has torch")
     parser.add_argument("--onnxruntime", help="folder where npm installed onnxruntime-node")
     parser.add_argument("--threads", type=int, default=os.cpu_count())
@@ -91,6 +107,13 @@ def main():
     if args.cpu_time:
         args.threads = 1
         os.environ["PEER_CPU_TIME"] = "1"
+    if args.rivals:
+        if not args.onnxruntime or not args.model:
+            parser.error("--rivals needs --onnxruntime and --model")
+        peers = start_networks(args)
+        for batch in filter(None, args.batches.split(",")):
+            compare(peers, f"embed {batch}", args.rounds)
+        return
     with tempfile.TemporaryDirectory() as folder:
         peers = start_peers(args, pathlib.Path(folder))
         reference = peers[0].ask("values 3")

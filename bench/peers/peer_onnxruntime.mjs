@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// The network in ONNX Runtime, asked as peer.h says:  node peer_onnxruntime.mjs MODEL.onnx THREADS
-// The package onnxruntime-node is looked for in the folder of the model.
+// A network in ONNX Runtime, asked as peer.h says:
+//   node peer_onnxruntime.mjs MODEL.onnx THREADS FOLDER [HEIGHT WIDTH]
+// FOLDER is where npm installed onnxruntime-node. With HEIGHT and WIDTH the crops of a batch are that
+// large and go through the network one by one.
 import { createRequire } from 'node:module';
-import { dirname, resolve } from 'node:path';
+import { resolve } from 'node:path';
 import { createInterface } from 'node:readline';
 
 const model = resolve(process.argv[2]);
-const ort = createRequire(dirname(model) + '/')('onnxruntime-node');
+const ort = createRequire(resolve(process.argv[4]) + '/')('onnxruntime-node');
 const session = await ort.InferenceSession.create(model, {
   intraOpNumThreads: Number(process.argv[3]), interOpNumThreads: 1, graphOptimizationLevel: 'all',
+  logSeverityLevel: 3,
 });
 
+const single = process.argv.length > 5;
+const [height, width] = single ? process.argv.slice(5).map(Number) : [128, 64];
+const channels = 3;
+
 function patches(batch) {
-  const [height, width, channels] = [128, 64, 3];
   const values = new Float32Array(batch * height * width * channels);
   for (let n = 0, i = 0; n < batch; ++n) {
     for (let pixel = 0; pixel < height * width; ++pixel) {
@@ -31,19 +37,22 @@ const now = process.env.PEER_CPU_TIME
 const inputs = new Map();
 for await (const line of createInterface({ input: process.stdin })) {
   const [what, count] = line.split(' ');
-  const batch = Number(count);
+  const batch = single ? 1 : Number(count);
   if (what === 'train') {
     console.log('none');
     continue;
   }
   if (!inputs.has(batch)) inputs.set(batch, patches(batch));
   const start = now();
-  const { embeddings } = await session.run({ patches: inputs.get(batch) });
+  let result;
+  for (let i = 0; i < (single ? Number(count) : 1); ++i) {
+    result = await session.run({ [session.inputNames[0]]: inputs.get(batch) });
+  }
   const elapsed = now() - start;
   if (what === 'embed') {
     console.log(elapsed.toFixed(4));
   } else {
-    const values = embeddings.data;
+    const values = result[session.outputNames[0]].data;
     console.log([...values.slice(0, 128), ...values.slice(128 * (batch - 1))].join(' '));
   }
 }

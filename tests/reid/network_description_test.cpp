@@ -52,19 +52,19 @@ TEST(NetworkDescription, TheArchitecturesAreThoseOfTheirTables) {
   EXPECT_THAT(outputs(lite()),
               ElementsAre("conv1_1[1,64,32,32]", "pool1[1,32,16,32]", "conv2_1[1,32,16,64]",
                           "pool2[1,16,8,64]", "conv3_1[1,16,8,128]", "pool3[1,8,4,128]",
-                          "conv4_1[1,8,4,256]", "fc1[1,1,1,128]"));
+                          "conv4_1[1,8,4,256]", "stripes[1,4,1,256]", "fc[1,1,1,192]"));
   for (const NetworkDescription& network : {vgg16(), lite()}) {
-    EXPECT_EQ(network.embedding_size(), 128);
+    EXPECT_EQ(network.embedding_size(), network.name == "lite" ? 192 : 128);
     const EmbeddingNetwork built(network);
     EXPECT_EQ(built.description(), network);
     EXPECT_EQ(built.trunk().size(), network.first_of_head());
     EXPECT_EQ(built.trunk().output_shape(built.input_shape(2)).n, 2);
-    EXPECT_EQ(built.head().name(0), "fc1");
+    EXPECT_EQ(built.head().name(0), network.name == "lite" ? "fc" : "fc1");
   }
 }
 
 TEST(NetworkDescription, RoundTripsAsJson) {
-  for (NetworkDescription network : {vgg16(), lite(64, 32)}) {
+  for (NetworkDescription network : {vgg16(), lite(64, 64)}) {
     EXPECT_EQ(parse_network_description(to_json(network), "x"), network);
     network.layers[0].kernel_size = 1;
     network.layers[0].padding = 0;
@@ -82,8 +82,8 @@ TEST(NetworkDescription, IsFoundByNameOrFile) {
             "architecture is \"resnet\", expected vgg16, lite or a file such as network.json");
   const fs::path path =
       fs::path(testing::TempDir()) / ("network-" + std::to_string(::getpid()) + ".json");
-  std::ofstream(path) << to_json(lite(32, 16));
-  EXPECT_EQ(find_architecture(path.string()), lite(32, 16));
+  std::ofstream(path) << to_json(lite(32, 64));
+  EXPECT_EQ(find_architecture(path.string()), lite(32, 64));
   std::ofstream(path) << "{";
   EXPECT_EQ(message([&] { find_architecture(path.string()); }),
             path.string() + ": is not valid JSON (at byte 2)");
@@ -160,10 +160,10 @@ TEST(NetworkDescription, SizesAreBounded) {
   EXPECT_EQ(message([&] { network.validate(); }),
             "network lite: layer conv1_1 (Conv2d) makes a map of 2048 x 2048 x 32, expected at "
             "most 2^24 values");
-  network = lite(256, 64);
-  network.layers[network.layers.size() - 5].out_features = 65536;
+  network = lite(2048, 64);
+  network.layers[network.layers.size() - 3].out_features = 65536;
   EXPECT_EQ(message([&] { network.validate(); }),
-            "network lite: layer fc1 (Linear) has 1073741824 weights, expected at most 2^29");
+            "network lite: layer fc (Linear) has 1073741824 weights, expected at most 2^29");
   network = lite();
   for (int i = 0; i < network.first_of_head(); ++i) {
     auto& layer = network.layers[static_cast<std::size_t>(i)];
@@ -173,7 +173,7 @@ TEST(NetworkDescription, SizesAreBounded) {
             "network lite: layer conv4_2 (Conv2d) has 38654705664 weights, expected at most 2^29");
 }
 
-Model small_lite(std::uint64_t seed) { return untrained_model(lite(32, 16), seed); }
+Model small_lite(std::uint64_t seed) { return untrained_model(lite(32, 64), seed); }
 
 TEST(LiteModel, IsSavedAndLoadedBitForBit) {
   const fs::path path =
@@ -193,16 +193,18 @@ TEST(LiteModel, IsSavedAndLoadedBitForBit) {
   const io::Safetensors file(path);
   EXPECT_EQ(file.at("conv1_1.weight").shape_str(), "[32,3,3,3]");
   EXPECT_EQ(file.find("conv1_1.bias"), nullptr);
-  EXPECT_EQ(file.at("bn1_1.running_var").shape_str(), "[32]");
-  EXPECT_EQ(file.at("fc1.weight").shape_str(), "[128,512]");
+  EXPECT_EQ(file.find("in1_1.running_var"), nullptr);
+  EXPECT_EQ(file.at("in1_1.weight").shape_str(), "[32]");
+  EXPECT_EQ(file.at("bn1_2.running_var").shape_str(), "[32]");
+  EXPECT_EQ(file.at("fc.weight").shape_str(), "[192,256]");
   fs::remove(path);
 }
 
 TEST(LiteModel, MetadataMustDescribeTheNetwork) {
-  const Model lite_as_vgg{ModelMetadata(vgg16(32, 16)), EmbeddingNetwork(lite(32, 16))};
+  const Model lite_as_vgg{ModelMetadata(vgg16(32, 64)), EmbeddingNetwork(lite(32, 64))};
   io::SafetensorsWriter writer;
   EXPECT_THAT(message([&] { add_model(writer, lite_as_vgg, Storage::float32); }),
-              StartsWith("the metadata describes vgg16-conv3_3-fc128-fc128 for 32 x 16"));
+              StartsWith("the metadata describes vgg16-conv3_3-fc128-fc128 for 32 x 64"));
 }
 
 }  // namespace

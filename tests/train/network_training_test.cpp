@@ -58,7 +58,7 @@ class LiteTraining : public testing::Test {
   static Outcome train(const TrainerOptions& options, std::int64_t until = 1000,
                        const fs::path& save = {}, const fs::path& resume = {}) {
     const reid::TemporaryData out;
-    reid::Model model = reid::untrained_model(reid::lite(32, 16), 1);
+    reid::Model model = reid::untrained_model(reid::lite(32, 64), 1);
     TrainingSetOptions set;
     set.folders = {data_->path()};
     set.holdout_identities = 3;
@@ -100,7 +100,7 @@ TEST_F(LiteTraining, LearnsFromNothing) {
 TEST_F(LiteTraining, ResumedItEndsInTheSameBytes) {
   const reid::TemporaryData out;
   const auto checkpoint = out.path() / "checkpoint";
-  for (const char* first_trained : {"", "relu1_1", "bn3_1", "conv4_2", "fc1"}) {
+  for (const char* first_trained : {"", "relu1_1", "bn3_1", "conv4_2", "fc"}) {
     const std::string whole = train(options(8, first_trained)).bytes;
     train(options(8, first_trained), 5, checkpoint);
     EXPECT_EQ(train(options(8, first_trained), 1000, {}, checkpoint).bytes, whole) << first_trained;
@@ -109,7 +109,7 @@ TEST_F(LiteTraining, ResumedItEndsInTheSameBytes) {
 }
 
 TEST_F(LiteTraining, FrozenStatisticsStay) {
-  const reid::Model untouched = reid::untrained_model(reid::lite(32, 16), 1);
+  const reid::Model untouched = reid::untrained_model(reid::lite(32, 64), 1);
   const reid::TemporaryData out;
   std::ofstream(out.path() / "model", std::ios::binary) << train(options(6, "bn3_1")).bytes;
   const reid::Model trained = reid::load_model(out.path() / "model");
