@@ -8,9 +8,11 @@ FOLDERs hold crops of people (re-identification sets, or crops without names). W
   OUT/crops/            people of MOT sequences that have frames and ground truth (--sequences)
   OUT/variants/         --variants of each crop: legs of somebody else, clothes of another colour,
                         another light; the teacher tells them apart, though nobody has ever worn them
+  OUT/degraded/         --degraded more of each, as worse cameras and detectors show them: shifted,
+                        coarse, blurred, noisy, half hidden
   OUT/teacher.safetensors   the teacher's unit vectors of all of these and of the FOLDERs' images,
                         as `sdmt embed` writes them
-for `sdmt train-embedder --unlabelled OUT/crops OUT/variants --teacher OUT/teacher.safetensors`.
+for `sdmt train-embedder --unlabelled OUT/crops OUT/variants OUT/degraded --teacher OUT/teacher.safetensors`.
 The teacher is any network that OpenCV's dnn reads; it gets RGB, 128 x 256, with ImageNet's mean and
 deviation. The same seed gives the same crops. Needs python3-opencv and python3-numpy.
 """
@@ -99,6 +101,36 @@ def variant(images, i, rng):
     return relit(image, rng) if rng.random() < 0.6 else image
 
 
+def degraded(images, image, rng):
+    width, height = SIZE
+    if rng.random() < 0.7:
+        scale = rng.uniform(0.85, 1.2)
+        across = rng.uniform(-0.1, 0.1) * width
+        down = rng.uniform(-0.08, 0.08) * height
+        move = np.float32([[scale, 0, (1 - scale) * width / 2 + across],
+                           [0, scale * rng.uniform(0.95, 1.05), (1 - scale) * height / 2 + down]])
+        image = cv2.warpAffine(image, move, SIZE, borderMode=cv2.BORDER_REPLICATE)
+    if rng.random() < 0.4:
+        share = rng.uniform(0.25, 0.8)
+        coarse = (max(8, int(width * share)), max(16, int(height * share)))
+        image = cv2.resize(cv2.resize(image, coarse, interpolation=cv2.INTER_AREA), SIZE)
+    if rng.random() < 0.2:
+        image = cv2.GaussianBlur(image, (0, 0), rng.uniform(0.4, 1.6))
+    if rng.random() < 0.3:  # somebody or something stands before
+        other = images[rng.integers(len(images))]
+        h = int(rng.integers(height // 8, height // 2))
+        w = int(rng.integers(width // 4, width))
+        top = height - h if rng.random() < 0.5 else int(rng.integers(0, height - h + 1))
+        left = int(rng.integers(0, width - w + 1))
+        image = image.copy()
+        image[top:top + h, left:left + w] = (
+            other[top:top + h, :w] if rng.random() < 0.6 else rng.integers(0, 255, 3))
+    if rng.random() < 0.3:
+        noise = rng.normal(0, rng.uniform(2, 12), image.shape)
+        image = np.clip(image.astype(np.float32) + noise, 0, 255).astype(np.uint8)
+    return image
+
+
 def teach(network, image):
     values = cv2.resize(image, (128, 256))[:, :, ::-1].astype(np.float32) / 255
     values = (values - MEAN) / DEVIATION
@@ -123,27 +155,31 @@ def main():
     parser.add_argument("folders", nargs="+")
     parser.add_argument("--teacher", required=True)
     parser.add_argument("--sequences", nargs="*", default=[], type=pathlib.Path)
-    parser.add_argument("--variants", type=int, default=2)
+    parser.add_argument("--variants", type=int, default=3)
+    parser.add_argument("--degraded", type=int, default=6)
     parser.add_argument("--seed", type=int, default=7)
     arguments = parser.parse_args()
 
-    crops = arguments.out / "crops"
-    variants = arguments.out / "variants"
-    for folder in (crops, variants):
+    folders = {name: arguments.out / name for name in ("crops", "variants", "degraded")}
+    for folder in folders.values():
         folder.mkdir(parents=True, exist_ok=True)
     for sequence in arguments.sequences:
-        crop_sequence(sequence, crops)
+        crop_sequence(sequence, folders["crops"])
 
     paths = [p for folder in arguments.folders for p in images_below(folder)]
     if arguments.sequences:
-        paths += images_below(crops)
+        paths += images_below(folders["crops"])
     images = [cv2.resize(read(p), SIZE) for p in paths]
     rng = np.random.default_rng(arguments.seed)
     for i in range(len(images)):
         for k in range(arguments.variants):
-            path = variants / f"{i:05d}_{k}.jpg"
-            cv2.imwrite(str(path), variant(images, i, rng), [cv2.IMWRITE_JPEG_QUALITY, 92])
-            paths.append(path)
+            paths.append(folders["variants"] / f"{i:05d}_{k}.jpg")
+            cv2.imwrite(str(paths[-1]), variant(images, i, rng), [cv2.IMWRITE_JPEG_QUALITY, 92])
+        for k in range(arguments.degraded):
+            paths.append(folders["degraded"] / f"{i:05d}_{k}.jpg")
+            quality = int(rng.integers(45, 95))
+            cv2.imwrite(str(paths[-1]), degraded(images, variant(images, i, rng), rng),
+                        [cv2.IMWRITE_JPEG_QUALITY, quality])
 
     network = cv2.dnn.readNet(arguments.teacher)
     vectors = [teach(network, cv2.resize(read(p), SIZE)) for p in paths]
