@@ -31,7 +31,7 @@ BilinearStretch::BilinearStretch(const std::uint8_t* origin, std::ptrdiff_t stri
 }
 
 const std::int16_t* BilinearStretch::stretched(int y) {
-  const auto slot = static_cast<std::size_t>(y % 2);  // neighbours never share a slot
+  const int slot = y % 2;  // neighbours never share a slot
   std::int16_t* row = kept_[slot].data();
   if (kept_row_[slot] == y) return row;
   kept_row_[slot] = y;

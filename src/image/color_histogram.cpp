@@ -41,7 +41,7 @@ std::vector<Footprint> footprints(int from, int to) {
   std::vector<Footprint> result(static_cast<std::size_t>(to));
   const double scale = static_cast<double>(from) / to;
   for (int i = 0; i < to; ++i) {
-    Footprint& footprint = result[static_cast<std::size_t>(i)];
+    Footprint& footprint = result[i];
     const double begin = i * scale;
     const double end = std::min((i + 1) * scale, static_cast<double>(from));
     footprint.first = static_cast<int>(begin);
@@ -149,14 +149,14 @@ bool color_histogram(const ImageView& image, const PixelRect& rect, std::span<fl
     const int first_bin = y / (kHeight / kStripes) * kStripeBins;
     const auto bins = out.subspan(static_cast<std::size_t>(first_bin), kStripeBins);
     for (int x = kFirstColumn; x < kLastColumn; ++x) {
-      const std::uint8_t* rgb = small[static_cast<std::size_t>(y)].data() + x * kChannels;
+      const std::uint8_t* rgb = small[y].data() + x * kChannels;
       const auto [hue, saturation, value] = hsv(rgb[0], rgb[1], rgb[2]);
       const int hue_bin = hue * kHueBins / 180;
       const int saturation_bin = saturation * kSaturationBins / 256;
       const int color_bin = hue_bin * kSaturationBins + saturation_bin;
       const int value_bin = kHueBins * kSaturationBins + value * kValueBins / 256;
-      bins[static_cast<std::size_t>(color_bin)] += 1.0F;
-      bins[static_cast<std::size_t>(value_bin)] += 1.0F;
+      bins[color_bin] += 1.0F;
+      bins[value_bin] += 1.0F;
     }
   }
   constexpr float kCounts = 2.0F * kHeight * (kLastColumn - kFirstColumn);

@@ -171,9 +171,8 @@ std::optional<DetectionHead> DetectionHead::recognise(std::span<const HeadOutput
   if (rows == count && columns > kBoxAndObject) {
     // The centres of boxes reach across the picture, offsets within a cell do not.
     float farthest = 0;
-    for (int i = 0; i < rows; ++i) {
-      farthest = std::max(farthest, outputs[0].values[static_cast<std::size_t>(i) * columns]);
-    }
+    const float* centre = outputs[0].values;
+    for (int i = 0; i < rows; ++i, centre += columns) farthest = std::max(farthest, *centre);
     const bool boxes = farthest > width / 2.0F;
     return DetectionHead(boxes ? Kind::yolox_boxes : Kind::yolox, columns - kBoxAndObject);
   }
@@ -197,7 +196,7 @@ bool DetectionHead::decode(std::span<const HeadOutput> outputs, int width, int h
   };
   const auto has_class = [&](float category) {
     return category >= 0 && category < static_cast<float>(wanted.size()) &&
-           wanted[static_cast<std::size_t>(category)] != 0;
+           wanted[static_cast<int>(category)] != 0;
   };
   if (outputs.empty()) return false;
   const HeadOutput& first = outputs[0];

@@ -39,7 +39,7 @@ void turn_upright(cv::Mat& image, const Orientation& orientation) {
   constexpr std::array kTurns{cv::ROTATE_90_CLOCKWISE, cv::ROTATE_180,
                               cv::ROTATE_90_COUNTERCLOCKWISE};
   if (orientation.mirrored) cv::flip(image, image, kLeftToRight);
-  const auto turns = static_cast<std::size_t>(orientation.quarter_turns);
+  const int turns = orientation.quarter_turns;
   if (turns == 0) return;
   cv::Mat turned;
   cv::rotate(image, turned, kTurns[turns - 1]);

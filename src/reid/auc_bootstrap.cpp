@@ -35,8 +35,8 @@ double weighted_auc(const std::vector<ClusterPair>& pairs,
     std::int64_t tied_negatives = 0;
     const float distance = pairs[i].distance;
     for (; i < pairs.size() && pairs[i].distance == distance; ++i) {
-      const auto first = static_cast<std::size_t>(pairs[i].first);
-      const auto second = static_cast<std::size_t>(pairs[i].second);
+      const int first = pairs[i].first;
+      const int second = pairs[i].second;
       if (first == second) {
         tied_positives += weights[first];
       } else {
@@ -92,8 +92,7 @@ AucInterval bootstrap_auc(std::vector<ClusterPair> pairs, int identities, int ba
 #pragma omp parallel for schedule(dynamic)
   for (int draw = 0; draw < options.draws; ++draw) {
     const nn::Random random(options.seed, static_cast<std::uint64_t>(draw));
-    areas[static_cast<std::size_t>(draw)] =
-        weighted_auc(pairs, draw_weights(identities, backgrounds, random));
+    areas[draw] = weighted_auc(pairs, draw_weights(identities, backgrounds, random));
   }
   std::erase_if(areas, [](double area) { return std::isnan(area); });
   if (areas.empty()) {

@@ -134,13 +134,13 @@ void Embedder::describe(std::span<const image::Crop> crops, image::DescriptorRow
     patches_.resize(model_.network.input_shape(count));
 #pragma omp parallel for schedule(dynamic)
     for (int i = 0; i < count; ++i) {
-      const image::Crop& crop = crops[visible_[first + static_cast<std::size_t>(i)]];
+      const image::Crop& crop = crops[visible_[first + i]];
       image::extract_patch(crop.image, crop.rect, model_.metadata.preprocessing, patches_.image(i));
     }
     const nn::Tensor& rows = model_.network.forward(patches_, nn::Mode::inference);
     require_unit_rows(rows, model_.source);
     for (int i = 0; i < count; ++i) {
-      const std::size_t crop = visible_[first + static_cast<std::size_t>(i)];
+      const std::size_t crop = visible_[first + i];
       std::copy_n(rows.image(i), out.dimension, out.row(crop).begin());
     }
   }
@@ -171,7 +171,7 @@ void Embedder::describe_shifted(const image::ImageView& image, const image::Pixe
     windows_.resize({count, image::GridShift::kRows, image::GridShift::kColumns, map.shape().c});
 #pragma omp parallel for schedule(static)
     for (int i = 0; i < count; ++i) {
-      const image::GridShift& shift = shifts[first + static_cast<std::size_t>(i)];
+      const image::GridShift& shift = shifts[first + i];
       for (int y = 0; y < image::GridShift::kRows; ++y) {
         const auto from = static_cast<std::size_t>(shift.rows - grid.top + y) *
                               static_cast<std::size_t>(grid.columns) +

@@ -61,8 +61,7 @@ EmbeddingFile read_embedding_file(const std::filesystem::path& path) {
   result.rows.resize({count, 1, 1, dimensions});
   file.read_floats(entry, result.rows.values());
   for (int i = 0; i < count; ++i) {
-    normalize({result.rows.image(i), entry.shape[1]}, file.name(),
-              result.images[static_cast<std::size_t>(i)]);
+    normalize({result.rows.image(i), entry.shape[1]}, file.name(), result.images[i]);
   }
   return result;
 }

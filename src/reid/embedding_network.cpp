@@ -64,7 +64,7 @@ EmbeddingNetwork::EmbeddingNetwork(NetworkDescription description)
   const int first_of_head = description_.first_of_head();
   int index = 0;
   for (const LayerDescription& layer : description_.layers) {
-    auto made = make_layer(layer, shapes[static_cast<std::size_t>(index)]);
+    auto made = make_layer(layer, shapes[index]);
     for (nn::Parameter* parameter : made->parameters()) {
       state_.push_back({index, parameter->name, &parameter->value, parameter});
     }

@@ -48,7 +48,7 @@ float squared_distance(const float* a, const float* b, int begin, int end) {
   for (; k + kLanes <= end; k += kLanes) {
     for (int lane = 0; lane < kLanes; ++lane) {
       const float difference = a[k + lane] - b[k + lane];
-      sums[static_cast<std::size_t>(lane)] += difference * difference;
+      sums[lane] += difference * difference;
     }
   }
   float total = 0;

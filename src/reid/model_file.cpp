@@ -254,11 +254,10 @@ std::vector<StoredTensor> stored_tensors(const EmbeddingNetwork& network) {
   const std::vector<nn::Shape> shapes = description.shapes();
   std::vector<StoredTensor> result;
   for (const auto& [layer, parameter, value, learnt] : network.state()) {
-    const auto index = static_cast<std::size_t>(layer);
-    const LayerDescription& of = description.layers[index];
+    const LayerDescription& of = description.layers[layer];
     StoredTensor tensor{of.tensor_name(parameter), {extent(value->shape().c)}, 1, value, learnt};
     if (has_matrix(of) && parameter == "weight") {
-      WeightLayout layout(of, shapes[index]);
+      WeightLayout layout(of, shapes[layer]);
       tensor.file_shape = std::move(layout.shape);
       tensor.positions = layout.positions;
     }

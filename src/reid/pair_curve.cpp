@@ -140,7 +140,7 @@ Roc counted_curve(const LabelledEmbeddings& images, PairSet set, const PairDista
         const float* b = images.embeddings.image(static_cast<int>(j));
         const float d = distance ? distance(a, b) : euclidean_distance(a, b, dimensions);
         const auto bin = std::min(static_cast<int>(d / width), kBins - 1);
-        ++own[static_cast<std::size_t>(bin)][*kind == kPositive ? 0 : 1];
+        ++own[bin][*kind == kPositive ? 0 : 1];
       }
     }
 #pragma omp critical
@@ -157,8 +157,7 @@ Roc listed_curve(const LabelledEmbeddings& images, const std::vector<ListedPair>
   std::vector<float> positives;
   std::vector<float> negatives;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const bool same = images.pids[static_cast<std::size_t>(pairs[p].i)] ==
-                      images.pids[static_cast<std::size_t>(pairs[p].j)];
+    const bool same = images.pids[pairs[p].i] == images.pids[pairs[p].j];
     (same ? positives : negatives).push_back(distances[p]);
   }
   return Roc(positives, negatives);
@@ -248,8 +247,8 @@ PairCurve pair_curve(const LabelledEmbeddings& images, const PairOptions& option
   curve.counts = {used[kPositive], used[kNegative], used[kDistractor]};
   curve.pairs.reserve(pairs.size());
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    curve.pairs.push_back({distances[p], clusters.of_image[static_cast<std::size_t>(pairs[p].i)],
-                           clusters.of_image[static_cast<std::size_t>(pairs[p].j)]});
+    curve.pairs.push_back(
+        {distances[p], clusters.of_image[pairs[p].i], clusters.of_image[pairs[p].j]});
   }
   return curve;
 }
@@ -261,14 +260,13 @@ HardestPairs hardest_pairs(const LabelledEmbeddings& images, std::size_t count) 
   std::vector<ImagePair> nearest = farthest;
 #pragma omp parallel for schedule(dynamic, 16)
   for (int i = 0; i < n; ++i) {
-    const auto row = static_cast<std::size_t>(i);
     for (int j = 0; j < n; ++j) {
       if (j == i) continue;
-      const auto kind = kind_of(images, PairSet::person_only, row, static_cast<std::size_t>(j));
+      const auto kind = kind_of(images, PairSet::person_only, i, j);
       if (!kind) continue;
       const float d = euclidean_distance(images.embeddings.image(i), images.embeddings.image(j),
                                          images.dimensions());
-      ImagePair& held = *kind == kPositive ? farthest[row] : nearest[row];
+      ImagePair& held = *kind == kPositive ? farthest[i] : nearest[i];
       const bool harder = *kind == kPositive ? d > held.distance : d < held.distance;
       if (held.first < 0 || harder) held = {i, j, d};
     }
@@ -280,8 +278,7 @@ HardestPairs hardest_pairs(const LabelledEmbeddings& images, std::size_t count) 
     std::vector<ImagePair> picked;
     for (const ImagePair& pair : pairs) {
       if (picked.size() == count) break;
-      const auto [low, high] = std::minmax(images.pids[static_cast<std::size_t>(pair.first)],
-                                           images.pids[static_cast<std::size_t>(pair.second)]);
+      const auto [low, high] = std::minmax(images.pids[pair.first], images.pids[pair.second]);
       if (seen.insert({low, high}).second) picked.push_back(pair);
     }
     return picked;

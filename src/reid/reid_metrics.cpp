@@ -15,13 +15,12 @@ namespace {
 // The gallery as the query ranks it, without what is passed over: is each result right?
 std::vector<bool> ranking(const LabelledEmbeddings& queries, int query,
                           const LabelledEmbeddings& gallery) {
-  const int pid = queries.pids[static_cast<std::size_t>(query)];
-  const int camid = queries.camids[static_cast<std::size_t>(query)];
+  const int pid = queries.pids[query];
+  const int camid = queries.camids[query];
   std::vector<std::pair<float, int>> results;  // ordered by distance, then by index
   results.reserve(gallery.pids.size());
   for (int g = 0; g < gallery.size(); ++g) {
-    const auto at = static_cast<std::size_t>(g);
-    if (gallery.pids[at] == pid && gallery.camids[at] == camid) continue;
+    if (gallery.pids[g] == pid && gallery.camids[g] == camid) continue;
     results.emplace_back(euclidean_distance(queries.embeddings.image(query),
                                             gallery.embeddings.image(g), queries.dimensions()),
                          g);
@@ -30,7 +29,7 @@ std::vector<bool> ranking(const LabelledEmbeddings& queries, int query,
   std::vector<bool> right;
   right.reserve(results.size());
   for (const auto& [distance, g] : results) {
-    right.push_back(gallery.pids[static_cast<std::size_t>(g)] == pid);
+    right.push_back(gallery.pids[g] == pid);
   }
   return right;
 }
@@ -81,7 +80,7 @@ std::optional<ReidMetrics> reid_metrics(const LabelledEmbeddings& queries,
     const auto right = ranking(queries, q, gallery);
     const auto hit = std::find(right.begin(), right.end(), true);
     if (hit == right.end()) continue;
-    scores[static_cast<std::size_t>(q)] = {hit - right.begin(), average_precision(right)};
+    scores[q] = {hit - right.begin(), average_precision(right)};
   }
   ReidMetrics metrics;
   for (const QueryScore& score : scores) {

@@ -122,7 +122,7 @@ void add_weighted(const BlurWeights& weights, float* out, int count, Line line) 
   std::fill_n(out, count, 0.0F);
   for (int i = -kRadius; i <= kRadius; ++i) {
     const float* from = line(i);
-    const float weight = weights[static_cast<std::size_t>(std::abs(i))];
+    const float weight = weights[std::abs(i)];
     for (int k = 0; k < count; ++k) out[k] += weight * from[k];
   }
 }
@@ -131,9 +131,8 @@ void gaussian_blur(Canvas& canvas, double sigma) {
   BlurWeights weights{};
   float sum = 0;
   for (int i = 0; i <= kRadius; ++i) {
-    weights[static_cast<std::size_t>(i)] =
-        static_cast<float>(std::exp(-i * i / (2 * sigma * sigma)));
-    sum += (i == 0 ? 1 : 2) * weights[static_cast<std::size_t>(i)];
+    weights[i] = static_cast<float>(std::exp(-i * i / (2 * sigma * sigma)));
+    sum += (i == 0 ? 1 : 2) * weights[i];
   }
   for (float& weight : weights) weight /= sum;
   const Canvas source = canvas;
@@ -160,8 +159,7 @@ void change_gamma(Canvas& canvas, double strength, nn::Random& random) {
   const double exponent = std::exp(random.uniform(-1, 1) * std::log1p(strength));
   std::array<float, kLast + 2> table{};
   for (int i = 0; i <= kLast; ++i) {
-    table[static_cast<std::size_t>(i)] =
-        static_cast<float>(kLast * std::pow(static_cast<double>(i) / kLast, exponent));
+    table[i] = static_cast<float>(kLast * std::pow(static_cast<double>(i) / kLast, exponent));
   }
   table.back() = kLast;
   for (float& value : canvas.values) {
@@ -188,8 +186,7 @@ void change_colour(Canvas& canvas, const AugmentationOptions& options, nn::Rando
     const float grey = luma(p);
     for (int k = 0; k < 3; ++k) {
       const float v = grey + s * (p[k] - grey);
-      p[k] = std::clamp(((v - kMiddle) * c + kMiddle) * gains[static_cast<std::size_t>(k)], 0.0F,
-                        255.0F);
+      p[k] = std::clamp(((v - kMiddle) * c + kMiddle) * gains[k], 0.0F, 255.0F);
     }
   }
 }

@@ -147,7 +147,7 @@ BatchHardResult batch_hard_loss(std::span<const T> embeddings, std::span<const i
   // d(distance)/d(e_a) = (e_a - e_b) / distance, and the opposite for e_b.
   const auto add_gradient = [&](std::size_t a, const HardPair& pair, double derivative) {
     if (derivative == 0 || pair.partner < 0) return;
-    const auto b = static_cast<std::size_t>(pair.partner);
+    const std::ptrdiff_t b = pair.partner;
     const double scale = weight * derivative / pair.distance;
     for (std::size_t k = 0; k < dim; ++k) {
       const double difference =

@@ -34,7 +34,7 @@ void compute(TrainedNetwork& network, const FeatureCache::Source& source,
     const auto count = static_cast<std::ptrdiff_t>(features.size());
 #pragma omp parallel for schedule(static)
     for (std::ptrdiff_t i = 0; i < count; ++i) {
-      halves[static_cast<std::size_t>(i)] = io::float_to_half(features.data()[i]);
+      halves[i] = io::float_to_half(features.data()[i]);
     }
     sink(halves);
     if (progress) progress(first + static_cast<std::int64_t>(views.size()), total);

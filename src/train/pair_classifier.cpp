@@ -95,7 +95,7 @@ float PairClassifier::distance(const float* a, const float* b) const {
   const float* biases = fc2_->bias().value.data();
   for (int h = 0; h < kHidden; ++h) {
     const float sum = dot(combined.data(), weights.image(h), 2 * kFeatures) + biases[h];
-    hidden[static_cast<std::size_t>(h)] = std::max(0.0F, sum);
+    hidden[h] = std::max(0.0F, sum);
   }
   const nn::Tensor& last = fc3_->weight().value;
   const float* offsets = fc3_->bias().value.data();

@@ -29,8 +29,7 @@ void for_each_patch(std::size_t count, const image::Preprocessing& preprocessing
                     nn::Tensor& patches, MakePatch make) {
   patches.resize({static_cast<int>(count), preprocessing.height, preprocessing.width, 3});
 #pragma omp parallel for schedule(dynamic)
-  for (int i = 0; i < static_cast<int>(count); ++i)
-    make(static_cast<std::size_t>(i), patches.image(i));
+  for (int i = 0; i < static_cast<int>(count); ++i) make(i, patches.image(i));
 }
 
 }  // namespace
@@ -38,10 +37,10 @@ void for_each_patch(std::size_t count, const image::Preprocessing& preprocessing
 void make_view_patches(std::span<const image::Image> images, std::span<const View> views,
                        const AugmentationOptions& options, std::uint64_t seed,
                        const image::Preprocessing& preprocessing, nn::Tensor& patches) {
-  for (const View& view : views) require_visible(images[static_cast<std::size_t>(view.image)]);
+  for (const View& view : views) require_visible(images[view.image]);
   for_each_patch(views.size(), preprocessing, patches, [&](std::size_t i, float* out) {
     const View& view = views[i];
-    const image::Image& image = images[static_cast<std::size_t>(view.image)];
+    const image::Image& image = images[view.image];
     if (view.number == 0) {
       extract(image, preprocessing, out);
     } else if (view.number == 1 && options.flip > 0) {
@@ -59,11 +58,11 @@ void make_batch_patches(std::span<const image::Image> images, std::span<const in
                         std::int64_t iteration, const AugmentationOptions& options,
                         std::uint64_t seed, const image::Preprocessing& preprocessing,
                         nn::Tensor& patches) {
-  for (const int image : batch) require_visible(images[static_cast<std::size_t>(image)]);
+  for (const int image : batch) require_visible(images[image]);
   for_each_patch(batch.size(), preprocessing, patches, [&](std::size_t i, float* out) {
     auto random =
         random_stream(seed, Purpose::augmentation, i, static_cast<std::uint64_t>(iteration));
-    const image::Image& image = images[static_cast<std::size_t>(batch[i])];
+    const image::Image& image = images[batch[i]];
     extract(augment(image, preprocessing.width, preprocessing.height, options, random),
             preprocessing, out);
   });

@@ -62,7 +62,7 @@ PkSampler::PkSampler(std::span<const Identity> identities, int sources, PkSample
     throw std::invalid_argument("there are no people to draw a batch from");
   }
   for (std::size_t i = 0; i < identities_.size(); ++i) {
-    sources_[static_cast<std::size_t>(identities_[i].source)].people.push_back(static_cast<int>(i));
+    sources_[identities_[i].source].people.push_back(static_cast<int>(i));
   }
   std::vector<double> weights = options_.source_weights;
   if (weights.empty()) {
@@ -108,7 +108,7 @@ PkSampler::Batch PkSampler::batch(std::int64_t iteration) {
       random_stream(options_.seed, Purpose::images, 0, static_cast<std::uint64_t>(iteration));
   const auto people = std::exchange(batch.labels, {});
   for (const int person : people) {
-    std::vector<int> images = identities_[static_cast<std::size_t>(person)].images;
+    std::vector<int> images = identities_[person].images;
     random.shuffle(std::span<int>(images));
     const std::size_t available = images.size();
     for (std::size_t k = 0; k < static_cast<std::size_t>(options_.instances); ++k) {

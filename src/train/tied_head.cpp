@@ -74,10 +74,9 @@ std::unique_ptr<nn::Sequential> make_tied_head(reid::EmbeddingNetwork& network, 
                          nn::AvgPool2dOptions{map.h / grid.rows, map.w / grid.columns}));
   nn::Shape shape{1, grid.rows, grid.columns, map.c};
   for (int i = 0; i < network.head().size(); ++i) {
-    const auto index = static_cast<std::size_t>(description.first_of_head() + i);
-    auto layer = reid::make_layer(description.layers[index], shape);
+    auto layer = reid::make_layer(description.layers[description.first_of_head() + i], shape);
     shape = layer->output_shape(shape);
-    head->add(description.layers[index].name, std::move(layer));
+    head->add(description.layers[description.first_of_head() + i].name, std::move(layer));
   }
 
   copy_equal_tensors(network.head(), *head);

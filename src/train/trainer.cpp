@@ -144,7 +144,7 @@ struct Trainer::Run {
     shape.n = static_cast<int>(images.size());
     taught.resize(shape);
     for (int i = 0; i < shape.n; ++i) {
-      const float* row = teacher.rows.image(images[static_cast<std::size_t>(i)]);
+      const float* row = teacher.rows.image(images[i]);
       std::copy_n(row, shape.c, taught.image(i));
     }
     return teacher_loss<float>(embeddings.values(), taught.values(), shape.n, options.teacher_match,
@@ -180,7 +180,7 @@ struct Trainer::Run {
     }
 #pragma omp parallel for schedule(static)
     for (int i = 0; i < static_cast<int>(views.size()); ++i) {
-      cache->read(views[static_cast<std::size_t>(i)], features.image(i));
+      cache->read(views[i], features.image(i));
     }
   }
 

@@ -87,7 +87,7 @@ std::string remarks(const Evaluation& evaluation) {
   }
   std::string list;
   for (int category = 1; category <= eval::kNumCategories; ++category) {
-    const auto boxes = uncounted[static_cast<std::size_t>(category)];
+    const auto boxes = uncounted[category];
     if (boxes == 0) continue;
     list += fmt::format("{}{} {}", list.empty() ? "" : ", ", eval::category_name(category), boxes);
     if (category == eval::kPedestrian) list += " (marked 0)";

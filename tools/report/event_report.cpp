@@ -58,13 +58,13 @@ cv::Point top_left(const mot::Tlwh& box) {
 
 void draw_frame(cv::Mat& image, const SequenceEvaluation& sequence, int frame,
                 std::span<const TrackingEvent> events) {
-  const auto t = static_cast<std::size_t>(frame - 1);
+  const int t = frame - 1;
   const auto& now = sequence.prepared.similarities.frames[t];
   const auto& matches = sequence.matches[t];
   for (std::size_t j = 0; j < now.result_ids.size(); ++j) {
     const auto& box = sequence.prepared.result_boxes[t][j];
     draw_box(image, box, kResult, 1);
-    const int id = sequence.prepared.result_labels[static_cast<std::size_t>(now.result_ids[j])];
+    const int id = sequence.prepared.result_labels[now.result_ids[j]];
     draw_label(image, top_left(box), std::to_string(id), kResult);
   }
   for (std::size_t i = 0; i < now.gt_ids.size(); ++i) {

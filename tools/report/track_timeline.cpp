@@ -56,14 +56,13 @@ std::vector<Person> people_of(const SequenceEvaluation& sequence) {
   for (std::size_t t = 0; t < prepared.similarities.frames.size(); ++t) {
     const int frame = static_cast<int>(t) + 1;
     for (const int id : prepared.similarities.frames[t].gt_ids) {
-      Person& person = people[static_cast<std::size_t>(id)];
+      Person& person = people[id];
       ++person.boxes;
       extend(person.there, frame, -1);
     }
     for (const auto& match : sequence.matches[t]) {
-      Person& person = people[static_cast<std::size_t>(match.gt_id)];
-      extend(person.matched, frame,
-             prepared.result_labels[static_cast<std::size_t>(match.result_id)]);
+      Person& person = people[match.gt_id];
+      extend(person.matched, frame, prepared.result_labels[match.result_id]);
       if (match.idsw) person.switches.push_back(frame);
     }
   }

@@ -194,8 +194,8 @@ std::vector<HtmlCard> cards(const std::vector<reid::ImagePair>& pairs,
                             const std::vector<ValidationCrop>& crops) {
   std::vector<HtmlCard> result;
   for (const auto& pair : pairs) {
-    const auto& a = crops[static_cast<std::size_t>(pair.first)];
-    const auto& b = crops[static_cast<std::size_t>(pair.second)];
+    const auto& a = crops[pair.first];
+    const auto& b = crops[pair.second];
     result.push_back({{picture(a), picture(b)},
                       fmt::format("d = {:.3f}", pair.distance),
                       a.label() + "\n" + b.label()});

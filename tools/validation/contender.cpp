@@ -32,13 +32,14 @@ class MapDescriptor : public image::CropDescriptor {
     for (std::size_t begin = 0; begin < visible.size(); begin += kBatch) {
       const auto piece =
           std::span(visible).subspan(begin, std::min(kBatch, visible.size() - begin));
-      patches_.resize(model_.network.input_shape(static_cast<int>(piece.size())));
-      for (std::size_t i = 0; i < piece.size(); ++i) {
+      const int count = static_cast<int>(piece.size());
+      patches_.resize(model_.network.input_shape(count));
+      for (int i = 0; i < count; ++i) {
         const auto& [image, rect] = crops[piece[i]];
         image::extract_patch(image, rect, model_.metadata.preprocessing, patches_.image(i));
       }
       const auto& rows = of_maps(model_.network.trunk().forward(patches_, nn::Mode::inference));
-      for (std::size_t i = 0; i < piece.size(); ++i) {
+      for (int i = 0; i < count; ++i) {
         std::copy_n(rows.image(i), out.dimension, out.row(piece[i]).begin());
         out.valid[piece[i]] = 1;
       }

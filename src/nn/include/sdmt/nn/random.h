@@ -33,7 +33,7 @@ class Random {
   template <typename T>
   void shuffle(std::span<T> values) {
     for (std::size_t i = values.size(); i > 1; --i) {
-      std::swap(values[i - 1], values[static_cast<std::size_t>(below(i))]);
+      std::swap(values[i - 1], values[below(i)]);
     }
   }
 
