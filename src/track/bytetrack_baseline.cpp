@@ -37,6 +37,7 @@ struct ByteTracker::Track {
   bool confirmed;
   bool lost = false;
   double score;
+  mot::Tlwh seen_box;
   CoordinateFilter x, y, aspect, height;
 
   Track(int track_id, int frame, const mot::Detection& seen)
@@ -45,6 +46,7 @@ struct ByteTracker::Track {
         last_frame(frame),
         confirmed(frame == 1),
         score(seen.score),
+        seen_box(seen.box),
         x(start(seen.box.left + seen.box.width / 2, seen.box.height)),
         y(start(seen.box.top + seen.box.height / 2, seen.box.height)),
         aspect{.value = seen.box.width / seen.box.height,
@@ -80,6 +82,7 @@ struct ByteTracker::Track {
     aspect.update(seen.box.width / seen.box.height, square(kMeasuredAspect));
     height.update(seen.box.height, variance);
     score = seen.score;
+    seen_box = seen.box;
     last_frame = frame;
     lost = false;
     confirmed = true;
@@ -96,6 +99,10 @@ void ByteTrackOptions::validate() const {
   io::require_in("birth_margin", birth_margin, 0, 1);
   io::require_in("low_threshold", low_threshold, 0, 1);
   io::require(max_lost >= 0, "max_lost", max_lost, ">= 0");
+  if (report == ReportBox::smoothed) {
+    throw std::invalid_argument(
+        "report is smoothed, expected filtered or detection; see smooth_tracks()");
+  }
 }
 
 ByteTracker::ByteTracker(const ByteTrackOptions& options) : options_(options) {
@@ -177,7 +184,9 @@ FinishedFrame ByteTracker::update(std::span<const mot::Detection> detections) {
   finished.frame = frame_;
   for (const auto& track : tracks_) {
     if (track->lost || !track->confirmed) continue;
-    finished.boxes.push_back({track->id, track->box(), track->score, BoxSource::detected});
+    const bool filtered = options_.report == ReportBox::filtered;
+    finished.boxes.push_back(
+        {track->id, filtered ? track->box() : track->seen_box, track->score, BoxSource::detected});
   }
   return finished;
 }

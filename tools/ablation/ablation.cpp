@@ -11,6 +11,7 @@
 #include "sdmt/pipeline/file_detections.h"
 #include "sdmt/pipeline/sequence_runner.h"
 #include "sdmt/track/result_rows.h"
+#include "sdmt/track/track_smoothing.h"
 #include "sdmt/track/tracker.h"
 
 namespace sdmt::tools {
@@ -38,6 +39,37 @@ Tracked run_sort(const AblationSequence& input, const track::SortOptions& option
     ++out.frames;
     frame_done();
   }
+  return out;
+}
+
+Tracked run_bytetrack(const AblationSequence& input, const AblationVariant& variant,
+                      const std::function<void()>& frame_done) {
+  using Clock = std::chrono::steady_clock;
+  const ByteTrackRow& row = *variant.bytetrack;
+  track::ByteTracker tracker(
+      {.report = row.smoothed ? track::ReportBox::detection : track::ReportBox::filtered});
+  std::vector<track::FinishedFrame> frames;
+  Tracked out;
+  for (int frame = 1; frame <= input.gt.num_frames; ++frame) {
+    const auto given = input.detections.frame(frame);
+    std::vector<mot::Detection> detections(given.begin(), given.end());
+    if (row.calibration) {
+      for (auto& detection : detections) {
+        detection.score = row.calibration->probability(detection.score);
+      }
+    }
+    const auto start = Clock::now();
+    frames.push_back(tracker.update(detections));
+    out.seconds += std::chrono::duration<double>(Clock::now() - start).count();
+    ++out.frames;
+    frame_done();
+  }
+  if (row.smoothed) {
+    const auto start = Clock::now();
+    frames = track::smooth_tracks(frames, variant.options.output, variant.options.motion);
+    out.seconds += std::chrono::duration<double>(Clock::now() - start).count();
+  }
+  for (const auto& frame : frames) track::append_results(frame, out.results);
   return out;
 }
 
@@ -108,8 +140,9 @@ AblationRow run_variant(const AblationVariant& variant, std::span<const Ablation
   std::int64_t frames = 0;
   const auto frame_done = [&] { progress(++done); };
   for (const auto& input : sequences) {
-    const auto tracked = variant.sort
-                             ? run_sort(input, *variant.sort, frame_done)
+    const auto tracked = variant.sort ? run_sort(input, *variant.sort, frame_done)
+                         : variant.bytetrack
+                             ? run_bytetrack(input, variant, frame_done)
                              : run_tracker(input, variant, appearance, frame_done, warning);
     seconds += tracked.seconds;
     frames += tracked.frames;

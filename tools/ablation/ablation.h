@@ -13,6 +13,7 @@
 #include "sdmt/image/crop_descriptor.h"
 #include "sdmt/mot/mot_file.h"
 #include "sdmt/mot/sequence.h"
+#include "sdmt/track/bytetrack_baseline.h"
 #include "sdmt/track/sort_baseline.h"
 #include "sdmt/track/tracker_options.h"
 
@@ -28,6 +29,12 @@ struct PaperRow {
 /// What tells people apart in a variant.
 enum class VariantAppearance { none, histogram, network };
 
+/// ByteTrack on calibrated scores: its online output, or smoothed and filled as ours.
+struct ByteTrackRow {
+  std::optional<track::ScoreCalibration> calibration;
+  bool smoothed = false;
+};
+
 /// One configuration to be compared.
 struct AblationVariant {
   std::string name;
@@ -36,13 +43,15 @@ struct AblationVariant {
   track::TrackerOptions options;
   std::optional<track::SortOptions> sort;  ///< SORT in place of our tracker
   std::optional<PaperRow> paper;
+  std::optional<ByteTrackRow> bytetrack = {};  ///< ByteTrack without score fusion in its place
 
   bool needs_frames() const { return appearance != VariantAppearance::none; }
 };
 
-/// The six rows of the paper's table by its rules, SORT, and the tuned preset with the network,
-/// with colour histograms and by motion alone. `calibration` is that of the detector; only the
-/// tuned rows use it, the paper takes scores as they are.
+/// The six rows of the paper's table by its rules, SORT, ByteTrack online and smoothed and filled
+/// as ours, and the tuned preset with the network, with colour histograms and by motion alone.
+/// `calibration` is that of the detector; only ByteTrack and the tuned rows use it, the paper takes
+/// scores as they are.
 std::vector<AblationVariant> ablation_variants(
     const std::optional<track::ScoreCalibration>& calibration);
 

@@ -7,6 +7,7 @@
 
 #include "sdmt/mot/detection.h"
 #include "sdmt/track/finished_frame.h"
+#include "sdmt/track/tracker_options.h"
 
 namespace sdmt::track {
 
@@ -17,6 +18,8 @@ struct ByteTrackOptions {
   double low_threshold = 0.1;  ///< detections not above are ignored; 0..1
   bool fuse_scores = false;    ///< the first match weighs IoU by the detection's score
   int max_lost = 30;           ///< frames without a detection after which a track ends; >= 0
+  /// ReportBox::filtered, as published, or ReportBox::detection, which smooth_tracks() wants.
+  ReportBox report = ReportBox::filtered;
 
   /// Throws std::invalid_argument naming field, value and range.
   void validate() const;
