@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
+#include "sdmt/io/checked_value.h"
 #include "sdmt/nn/random.h"
 
 namespace sdmt::reid {
@@ -23,33 +25,80 @@ std::vector<std::int64_t> draw_weights(int identities, int backgrounds, nn::Rand
   return weights;
 }
 
-// Mann-Whitney's U by weight, in integers, so that no order of summation matters; NaN when a class
-// has no weight. `pairs` are sorted by distance.
-double weighted_auc(const std::vector<ClusterPair>& pairs,
-                    const std::vector<std::int64_t>& weights) {
-  std::int64_t positives = 0;
-  std::int64_t negatives = 0;
-  std::int64_t twice_u = 0;
+// What a draw gives.
+struct Drawn {
+  double auc = 0;
+  double tpr = 0;
+  double fpr = 0;
+  double tau_a = 0;
+};
+
+// Calls visit(distance, positives, negatives) with the weights of each distance, ascending, until
+// it returns false. `pairs` are sorted by distance.
+template <typename Visit>
+void for_each_distance(const std::vector<ClusterPair>& pairs,
+                       const std::vector<std::int64_t>& weights, Visit visit) {
   for (std::size_t i = 0; i < pairs.size();) {
-    std::int64_t tied_positives = 0;
-    std::int64_t tied_negatives = 0;
+    std::int64_t positives = 0;
+    std::int64_t negatives = 0;
     const float distance = pairs[i].distance;
     for (; i < pairs.size() && pairs[i].distance == distance; ++i) {
       const int first = pairs[i].first;
       const int second = pairs[i].second;
       if (first == second) {
-        tied_positives += weights[first];
+        positives += weights[first];
       } else {
-        tied_negatives += weights[first] * weights[second];
+        negatives += weights[first] * weights[second];
       }
     }
-    twice_u += tied_negatives * (2 * positives + tied_positives);
-    positives += tied_positives;
-    negatives += tied_negatives;
+    if (positives + negatives > 0 && !visit(distance, positives, negatives)) return;
   }
-  if (positives == 0 || negatives == 0) return std::numeric_limits<double>::quiet_NaN();
-  return static_cast<double>(twice_u) / 2 / static_cast<double>(positives) /
-         static_cast<double>(negatives);
+}
+
+// Midway between the last distance that passes and the first that does not, as Roc has it.
+double threshold_at_fpr(const std::vector<ClusterPair>& pairs,
+                        const std::vector<std::int64_t>& weights, double most_negatives) {
+  std::int64_t negatives = 0;
+  double last = 0;
+  double threshold = -1;
+  for_each_distance(pairs, weights, [&](double distance, std::int64_t, std::int64_t here) {
+    negatives += here;
+    if (static_cast<double>(negatives) > most_negatives) {
+      threshold = 0.5 * (last + distance);
+      return false;
+    }
+    last = distance;
+    return true;
+  });
+  return threshold < 0 ? last : threshold;
+}
+
+// Mann-Whitney's U and rates by weight, in integers, so that no order of summation matters; nothing
+// when a class has no weight.
+std::optional<Drawn> draw_curve(const std::vector<ClusterPair>& pairs,
+                                const std::vector<std::int64_t>& weights,
+                                const OperatingPoints& points) {
+  std::int64_t positives = 0;
+  std::int64_t negatives = 0;
+  std::int64_t twice_u = 0;
+  std::int64_t passing_positives = 0;
+  std::int64_t passing_negatives = 0;
+  for_each_distance(pairs, weights, [&](double distance, std::int64_t p, std::int64_t n) {
+    twice_u += n * (2 * positives + p);
+    positives += p;
+    negatives += n;
+    if (distance <= 1 - points.tau_a) {
+      passing_positives = positives;
+      passing_negatives = negatives;
+    }
+    return true;
+  });
+  if (positives == 0 || negatives == 0) return std::nullopt;
+  const auto p = static_cast<double>(positives);
+  const auto n = static_cast<double>(negatives);
+  return Drawn{static_cast<double>(twice_u) / 2 / p / n, static_cast<double>(passing_positives) / p,
+               static_cast<double>(passing_negatives) / n,
+               1 - threshold_at_fpr(pairs, weights, points.target_fpr * n)};
 }
 
 // Linear between order statistics, as numpy.percentile does by default.
@@ -59,6 +108,14 @@ double percentile(const std::vector<double>& ascending, double share) {
   const std::size_t above = std::min(below + 1, ascending.size() - 1);
   const double part = position - static_cast<double>(below);
   return ascending[below] + part * (ascending[above] - ascending[below]);
+}
+
+Interval interval(const std::vector<Drawn>& drawn, double Drawn::*value, double confidence) {
+  std::vector<double> values;
+  for (const Drawn& draw : drawn) values.push_back(draw.*value);
+  std::sort(values.begin(), values.end());
+  const double tail = 0.5 * (1.0 - confidence);
+  return {percentile(values, tail), percentile(values, 1.0 - tail)};
 }
 
 }  // namespace
@@ -73,9 +130,10 @@ void BootstrapOptions::validate() const {
   }
 }
 
-AucInterval bootstrap_auc(std::vector<ClusterPair> pairs, int identities, int backgrounds,
-                          const BootstrapOptions& options) {
+CurveIntervals bootstrap_curve(std::vector<ClusterPair> pairs, int identities, int backgrounds,
+                               const OperatingPoints& points, const BootstrapOptions& options) {
   options.validate();
+  io::require_in("bootstrap: target_fpr", points.target_fpr, 0.0, 1.0);
   for (const ClusterPair& pair : pairs) {
     const int clusters = identities + backgrounds;
     if (pair.first < 0 || pair.first >= clusters || pair.second < 0 || pair.second >= clusters ||
@@ -88,19 +146,26 @@ AucInterval bootstrap_auc(std::vector<ClusterPair> pairs, int identities, int ba
   }
   std::sort(pairs.begin(), pairs.end(),
             [](const ClusterPair& a, const ClusterPair& b) { return a.distance < b.distance; });
-  std::vector<double> areas(static_cast<std::size_t>(options.draws));
+  std::vector<std::optional<Drawn>> draws(static_cast<std::size_t>(options.draws));
 #pragma omp parallel for schedule(dynamic)
   for (int draw = 0; draw < options.draws; ++draw) {
     const nn::Random random(options.seed, static_cast<std::uint64_t>(draw));
-    areas[draw] = weighted_auc(pairs, draw_weights(identities, backgrounds, random));
+    draws[draw] = draw_curve(pairs, draw_weights(identities, backgrounds, random), points);
   }
-  std::erase_if(areas, [](double area) { return std::isnan(area); });
-  if (areas.empty()) {
+  std::vector<Drawn> drawn;
+  for (const auto& draw : draws) {
+    if (draw) drawn.push_back(*draw);
+  }
+  if (drawn.empty()) {
     throw std::invalid_argument("bootstrap: no draw has both positive and negative pairs");
   }
-  std::sort(areas.begin(), areas.end());
-  const double tail = 0.5 * (1.0 - options.confidence);
-  return {percentile(areas, tail), percentile(areas, 1.0 - tail)};
+  const auto of = [&](double Drawn::*value) { return interval(drawn, value, options.confidence); };
+  return {of(&Drawn::auc), of(&Drawn::tpr), of(&Drawn::fpr), of(&Drawn::tau_a)};
+}
+
+Interval bootstrap_auc(std::vector<ClusterPair> pairs, int identities, int backgrounds,
+                       const BootstrapOptions& options) {
+  return bootstrap_curve(std::move(pairs), identities, backgrounds, {}, options).auc;
 }
 
 }  // namespace sdmt::reid

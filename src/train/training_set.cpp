@@ -9,7 +9,7 @@
 #include "hash.h"
 #include "patches.h"
 #include "random_stream.h"
-#include "teacher_vectors.h"
+#include "sdmt/reid/image_vectors.h"
 
 namespace sdmt::train {
 
@@ -253,7 +253,7 @@ TrainingSet load_training_set(const TrainingSetOptions& options) {
     }
   }
   if (!options.teachers.empty()) {
-    set.teacher = teacher_vectors(options.teachers, origins.paths, origins.roots);
+    set.teacher = reid::image_vectors(options.teachers, origins.paths, origins.roots);
   }
   for (const auto& [name, people] : validation) {
     set.validation.push_back(make_validation_set(name, people, decoder));

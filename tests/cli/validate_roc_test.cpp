@@ -131,6 +131,77 @@ TEST_F(ValidateRoc, PlainFolderAndExtraDistractors) {
   EXPECT_THAT(result.out, HasSubstr("6 images of 3 people by 2 cameras, 9 of the background"));
 }
 
+// Several sets in one table, each as it is alone; what a network stored is what its own vectors
+// say.
+TEST_F(ValidateRoc, SeveralSetsAndTheVectorsOfAnotherNetwork) {
+  const TemporaryFolder out;
+  const auto gallery = set() / "bounding_box_test";
+  std::vector<std::string> words = {"embed", "--model", model(), "--output",
+                                    out / "vectors.safetensors"};
+  for (const auto* part : {"query", "bounding_box_test"}) {
+    for (const auto& entry : fs::directory_iterator(set() / part)) words.push_back(entry.path());
+  }
+  ASSERT_EQ(run_sdmt(words).exit_code, 0);
+  ASSERT_EQ(run_sdmt({"synth", "scene", "--output", out / "scene", "--frames", "21", "--walkers",
+                      "4", "--width", "320", "--height", "180"})
+                .exit_code,
+            0);
+  const std::string vectors = (out / "vectors.safetensors").string();
+  const auto result =
+      run_sdmt({"validate-roc", "--model", model(), "--data", set(), out / "scene", "--embeddings",
+                "itself=" + vectors, "--json", out / "both.json", "--plot", out / "roc.svg",
+                "--report", out / "roc.html", "--target-fpr", "0.2"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("scene: the boxes of a sequence have no rows"));
+  EXPECT_THAT(result.out, HasSubstr("tau_a for FPR 0.2"));
+  EXPECT_THAT(result.err, HasSubstr("scoring"));
+  EXPECT_THAT(read_file(out / "roc.svg"), HasSubstr("ROC, scene"));
+  const auto both = nlohmann::json::parse(read_file(out / "both.json"));
+  ASSERT_EQ(both["sets"].size(), 2u);
+  const auto& first = both["sets"][0];
+  EXPECT_EQ(first["baselines"]["itself"]["person_only"], first["person_only"]);
+  EXPECT_EQ(first["baselines"]["itself"]["map"], first["map"]);
+  EXPECT_TRUE(first["at_stored_tau_a"].is_null());  // an untrained model has none
+  EXPECT_TRUE(both["sets"][1]["baselines"].empty());
+
+  const auto alone = validate(out / "scene", {"--json", out / "one.json", "--target-fpr", "0.2"});
+  ASSERT_EQ(alone.exit_code, 0) << alone.err;
+  EXPECT_EQ(nlohmann::json::parse(read_file(out / "one.json")), both["sets"][1]);
+
+  const auto refused = [&](std::vector<std::string> more) { return validate(set(), more).err; };
+  EXPECT_THAT(refused({"--embeddings", vectors}), HasSubstr("expected NAME=FILE"));
+  fs::create_directories(out / "other");
+  fs::copy(gallery, out / "other/set");
+  EXPECT_THAT(validate(out / "other/set", {"--embeddings", "x=" + vectors}).err,
+              HasSubstr("has no vector of"));
+  EXPECT_THAT(validate(set(), {out / "scene", "--write-threshold"}).err,
+              HasSubstr("expected one --data"));
+}
+
+TEST_F(ValidateRoc, PrintsTheRatesAtTheStoredThreshold) {
+  const TemporaryFolder out;
+  const auto copy = out / "model.safetensors";
+  fs::copy_file(model(), copy);
+  const auto run = [&](std::vector<std::string> more) {
+    std::vector<std::string> words = {"validate-roc", "--model",       copy, "--data", set(),
+                                      "--json",       out / "roc.json"};
+    words.insert(words.end(), more.begin(), more.end());
+    const auto result = run_sdmt(words);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return nlohmann::json::parse(read_file(out / "roc.json"));
+  };
+  const auto chosen = run({"--criterion", "fpr", "--target-fpr", "0.3", "--write-threshold"});
+  const auto stored = run({"--target-fpr", "0.3"});
+  EXPECT_NEAR(stored["at_stored_tau_a"]["tau_a"].get<double>(), chosen["tau_a"].get<double>(),
+              1e-12);
+  EXPECT_EQ(stored["at_target_fpr"]["tau_a"]["value"], chosen["tau_a"]);
+  const auto& fpr = stored["at_stored_tau_a"]["fpr"];
+  EXPECT_GT(fpr["value"], 0.0);
+  EXPECT_LE(fpr["value"], 0.3);
+  EXPECT_LE(fpr["low"], fpr["value"]);
+  EXPECT_GE(fpr["high"], fpr["value"]);
+}
+
 TEST_F(ValidateRoc, MotSequence) {
   const TemporaryFolder out;
   ASSERT_EQ(run_sdmt({"synth", "scene", "--output", out / "scene", "--frames", "21", "--walkers",

@@ -11,6 +11,7 @@
 #include "reid/reid_fixture.h"
 #include "sdmt/nn/random.h"
 #include "sdmt/reid/pair_curve.h"
+#include "sdmt/reid/roc.h"
 
 namespace sdmt::reid {
 namespace {
@@ -41,6 +42,56 @@ std::vector<ClusterPair> random_pairs(int clusters, int count) {
     pairs.push_back({static_cast<float>(std::max(0.0, d)), a, b});
   }
   return pairs;
+}
+
+double percentile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  const double at = share * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<std::size_t>(at);
+  return values[below] + (at - static_cast<double>(below)) *
+                             (values[std::min(below + 1, values.size() - 1)] - values[below]);
+}
+
+// Every drawn pair written out as often as it was drawn, and the curve of all of them.
+TEST(AucBootstrap, IntervalsOfRatesAndThresholdAgreeWithCurvesOfTheDrawnPairs) {
+  constexpr int kClusters = 12, kDraws = 60;
+  const auto pairs = random_pairs(kClusters, 600);
+  const OperatingPoints points{0.45, 0.1};
+  std::vector<double> auc, tpr, fpr, tau_a;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    nn::Random random(1, static_cast<std::uint64_t>(draw));
+    std::vector<int> drawn(kClusters, 0);
+    for (int i = 0; i < kClusters; ++i) ++drawn[random.below(kClusters)];
+    std::vector<float> positives, negatives;
+    for (const ClusterPair& pair : pairs) {
+      const bool same = pair.first == pair.second;
+      const int times = same ? drawn[static_cast<std::size_t>(pair.first)]
+                             : drawn[static_cast<std::size_t>(pair.first)] *
+                                   drawn[static_cast<std::size_t>(pair.second)];
+      auto& class_of = same ? positives : negatives;
+      class_of.insert(class_of.end(), static_cast<std::size_t>(times), pair.distance);
+    }
+    const Roc roc(positives, negatives);
+    auc.push_back(roc.auc());
+    tpr.push_back(roc.at(1 - points.tau_a).tpr);
+    fpr.push_back(roc.at(1 - points.tau_a).fpr);
+    tau_a.push_back(roc.tau_a_at_fpr(points.target_fpr));
+  }
+  BootstrapOptions options;
+  options.draws = kDraws;
+  const auto intervals = bootstrap_curve(pairs, kClusters, 0, points, options);
+  const auto expect = [](const Interval& interval, const std::vector<double>& values) {
+    EXPECT_NEAR(interval.low, percentile(values, 0.025), 1e-9);
+    EXPECT_NEAR(interval.high, percentile(values, 0.975), 1e-9);
+  };
+  expect(intervals.auc, auc);
+  expect(intervals.tpr, tpr);
+  expect(intervals.fpr, fpr);
+  expect(intervals.tau_a, tau_a);
+  EXPECT_THAT(([&] {
+                bootstrap_curve(pairs, kClusters, 0, {0.5, 1.5}, options);
+              }),
+              ThrowsMessage<std::invalid_argument>(HasSubstr("target_fpr")));
 }
 
 TEST(AucBootstrap, DependsOnSeedButNotOnOrderOrThreads) {

@@ -419,7 +419,7 @@ TEST_F(TeacherTest, AFileThatDoesNotFitIsRefused) {
 TEST_F(TeacherTest, FoldersOfOneNameAreNeverMixedUp) {
   data_.write_people(4, 2, "second/people");
   options_.folders.push_back(data_.path() / "second/people");
-  EXPECT_THAT(refusal(), HasSubstr("are both known to the teacher as people/0001_c"));
+  EXPECT_THAT(refusal(), HasSubstr("are both known as people/0001_c"));
   // The same folder with and without names is no collision.
   options_.folders.pop_back();
   options_.unlabelled_folders.push_back(data_.path() / "people");

@@ -25,9 +25,9 @@ std::vector<SvgPoint> rates(const reid::Roc& roc) {
   return points;
 }
 
-SvgPlot roc_plot(const ValidationScores& scores, bool logarithmic) {
+SvgPlot roc_plot(const ValidationScores& scores, bool logarithmic, const std::string& of) {
   SvgPlotOptions options;
-  options.title = logarithmic ? "ROC at low false positive rates" : "ROC";
+  options.title = (logarithmic ? "ROC at low false positive rates" : "ROC") + of;
   options.x = {"false positive rate", logarithmic ? 1e-4 : 0.0, 1, logarithmic};
   options.y = {"true positive rate", 0, 1};
   options.legend = logarithmic ? LegendCorner::none : LegendCorner::bottom_right;
@@ -46,7 +46,7 @@ SvgPlot roc_plot(const ValidationScores& scores, bool logarithmic) {
   return plot;
 }
 
-SvgPlot histogram_plot(const ValidationScores& scores) {
+SvgPlot histogram_plot(const ValidationScores& scores, const std::string& of) {
   constexpr int kBins = 80;
   const reid::Roc& roc = scores.contenders.front().person_only.pairs.roc;
   const auto histogram = reid::distance_histogram(roc, kBins);
@@ -54,7 +54,7 @@ SvgPlot histogram_plot(const ValidationScores& scores) {
       std::max(*std::max_element(histogram.positives.begin(), histogram.positives.end()),
                *std::max_element(histogram.negatives.begin(), histogram.negatives.end()));
   SvgPlotOptions options;
-  options.title = "Distances";
+  options.title = "Distances" + of;
   options.x = {"distance d of two embeddings", 0, kBins * histogram.bin_width};
   options.y = {"share of the pairs", 0, 1.15 * highest, false, true};
   options.legend = LegendCorner::top_right;
@@ -68,7 +68,7 @@ SvgPlot histogram_plot(const ValidationScores& scores) {
 }
 
 // What every threshold would do, around the range where it matters.
-SvgPlot threshold_plot(const ValidationScores& scores) {
+SvgPlot threshold_plot(const ValidationScores& scores, const std::string& of) {
   const reid::Roc& roc = scores.contenders.front().person_only.pairs.roc;
   std::vector<SvgPoint> right;
   std::vector<SvgPoint> wrong;
@@ -80,7 +80,7 @@ SvgPlot threshold_plot(const ValidationScores& scores) {
     accuracy.push_back({tau_a, 0.5 * (p.tpr + 1 - p.fpr)});
   }
   SvgPlotOptions options;
-  options.title = "Choosing tau_a";
+  options.title = "Choosing tau_a" + of;
   options.x = {"tau_a: the same person when 1 - d is larger", right.back().x, 1};
   options.y = {"rate", 0, 1.1};  // room for the threshold's label
   options.legend = LegendCorner::bottom_left;
@@ -99,7 +99,7 @@ void add_summary(HtmlReport& report, const ValidationScores& scores) {
   const reid::Roc& roc = curve.pairs.roc;
   std::vector<HtmlNumber> numbers = {
       {fmt::format("{:.3f}", roc.auc()), "AUC",
-       fmt::format("95 %: {:.3f} to {:.3f}", curve.interval.low, curve.interval.high)},
+       fmt::format("95 %: {:.3f} to {:.3f}", curve.intervals.auc.low, curve.intervals.auc.high)},
       {fmt::format("{:.3f}", roc.eer()), "equal error rate", "lower is better"},
       {fmt::format("{:.3f}", roc.tpr_at_fpr(0.01)), "TPR at FPR 1 %", "pairs recognised"}};
   if (model.search) {
@@ -172,6 +172,16 @@ void add_tables(HtmlReport& report, const ValidationScores& scores) {
   thresholds.caption =
       "Two crops count as one person when 1 - d exceeds tau_a. Rates on the person-only pairs.";
   report.add_table(thresholds);
+
+  HtmlTable rates{rates_header(scores.options), {}, "", {}};
+  rates.header.insert(rates.header.begin(), "");
+  for (const ContenderScores& contender : scores.contenders) {
+    rates.rows.push_back(rates_cells(contender, scores.options));
+    rates.rows.back().insert(rates.rows.back().begin(), contender.name);
+  }
+  rates.caption =
+      "What the threshold stored with the model does here, and the one that this data would need.";
+  report.add_table(rates);
 }
 
 // The crop as the network sees it: stretched to one shape.
@@ -203,21 +213,10 @@ std::vector<HtmlCard> cards(const std::vector<reid::ImagePair>& pairs,
   return result;
 }
 
-}  // namespace
-
-std::string validation_plot(const ValidationScores& scores) {
-  const std::vector<SvgPlot> panels = {roc_plot(scores, false), roc_plot(scores, true),
-                                       histogram_plot(scores), threshold_plot(scores)};
-  return svg_figure(panels, 2);
-}
-
-std::string validation_report(const ValidationScores& scores, const DescribedCrops& described,
-                              const std::string& model) {
-  HtmlReport report("Validation of the embedder",
-                    fmt::format("{} on {}: {}", model, scores.data, describe_images(scores)));
+void add_set(HtmlReport& report, const ValidationScores& scores, const DescribedCrops& described) {
   add_summary(report, scores);
   report.add_heading("Curves");
-  report.add_svg(validation_plot(scores),
+  report.add_svg(validation_plot({&scores, 1}),
                  "All curves on the person-only pairs, but the dashed one. Histograms have equal "
                  "mass.");
   add_tables(report, scores);
@@ -232,6 +231,34 @@ std::string validation_report(const ValidationScores& scores, const DescribedCro
   report.add_heading("Two people, taken for one");
   report.add_paragraph("The pairs of two people that lie nearest, at most one a pair of people.");
   report.add_gallery(cards(hardest.negatives, described.crops));
+}
+
+}  // namespace
+
+std::string validation_plot(std::span<const ValidationScores> sets) {
+  std::vector<SvgPlot> panels;
+  for (const ValidationScores& scores : sets) {
+    const std::string of = sets.size() > 1 ? ", " + scores.data : "";
+    panels.push_back(roc_plot(scores, false, of));
+    panels.push_back(roc_plot(scores, true, of));
+    panels.push_back(histogram_plot(scores, of));
+    panels.push_back(threshold_plot(scores, of));
+  }
+  return svg_figure(panels, 2);
+}
+
+std::string validation_report(std::span<const ValidationScores> sets,
+                              std::span<const DescribedCrops> described, const std::string& model) {
+  std::string subtitle = model + " on ";
+  for (const ValidationScores& scores : sets) {
+    if (&scores != &sets.front()) subtitle += "; ";
+    subtitle += fmt::format("{}: {}", scores.data, describe_images(scores));
+  }
+  HtmlReport report("Validation of the embedder", subtitle);
+  for (std::size_t i = 0; i < sets.size(); ++i) {
+    if (sets.size() > 1) report.add_heading(sets[i].data);
+    add_set(report, sets[i], described[i]);
+  }
   return report.str();
 }
 

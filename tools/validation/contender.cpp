@@ -90,7 +90,7 @@ class PairClassifierDescriptor final : public MapDescriptor {
 
 Contender named(std::unique_ptr<image::CropDescriptor> descriptor) {
   std::string name = descriptor->name();
-  return {std::move(name), std::move(descriptor), {}};
+  return {std::move(name), std::move(descriptor), {}, {}};
 }
 
 }  // namespace
@@ -110,7 +110,7 @@ Contender untrained_head_contender(reid::Model model, std::uint64_t seed) {
   }
   model.network.parameters_changed();
   model.metadata.tau_a.reset();
-  return {"untrained head", std::make_unique<reid::Embedder>(std::move(model)), {}};
+  return {"untrained head", std::make_unique<reid::Embedder>(std::move(model)), {}, {}};
 }
 
 Contender trunk_contender(reid::Model model) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "sdmt/image/crop_descriptor.h"
 #include "sdmt/reid/model_file.h"
@@ -12,11 +13,13 @@
 
 namespace sdmt::tools {
 
-/// A descriptor in a comparison, and how its rows are compared.
+/// A descriptor in a comparison, or the vectors that another network made of the images, and how
+/// rows are compared.
 struct Contender {
-  std::string name;  ///< for tables and plots
-  std::unique_ptr<image::CropDescriptor> descriptor;
-  reid::PairDistance distance;  ///< empty: Euclidean, of rows of length 1
+  std::string name;                                   ///< for tables and plots
+  std::unique_ptr<image::CropDescriptor> descriptor;  ///< nullptr: the rows come from files
+  reid::PairDistance distance;                        ///< empty: Euclidean, of rows of length 1
+  std::vector<std::filesystem::path> files;           ///< as reid::image_vectors() takes them
 };
 
 /// The embedding of a model.

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include "sdmt/media/image_file.h"
+#include "sdmt/reid/image_vectors.h"
 
 namespace sdmt::tools {
 
@@ -49,6 +51,22 @@ nn::Tensor first_rows(nn::Tensor all, std::size_t rows) {
   return first;
 }
 
+nn::Tensor rows_of_files(const Contender& contender, const std::vector<ValidationCrop>& crops) {
+  std::vector<std::filesystem::path> paths;
+  std::vector<std::filesystem::path> roots;
+  for (const ValidationCrop& crop : crops) {
+    if (crop.rect) {
+      throw std::invalid_argument(crop.root.string() + ": is a sequence, whose boxes " +
+                                  contender.name +
+                                  " has no vectors of; write the crops as images and give their "
+                                  "folder");
+    }
+    paths.push_back(crop.image);
+    roots.push_back(crop.root);
+  }
+  return reid::image_vectors(contender.files, paths, roots);
+}
+
 }  // namespace
 
 DescribedCrops describe_crops(const std::vector<ValidationCrop>& crops,
@@ -57,9 +75,12 @@ DescribedCrops describe_crops(const std::vector<ValidationCrop>& crops,
   constexpr std::size_t kBatch = 120;
   DescribedCrops described;
   media::UnreadableImages unreadable(crops.size());
+  std::vector<nn::Tensor> from_files;
   for (const Contender& contender : contenders) {
+    from_files.push_back(contender.descriptor ? nn::Tensor() : rows_of_files(contender, crops));
     described.rows.emplace_back().embeddings.resize(
-        {static_cast<int>(crops.size()), 1, 1, contender.descriptor->dimension()});
+        {static_cast<int>(crops.size()), 1, 1,
+         contender.descriptor ? contender.descriptor->dimension() : from_files.back().shape().c});
   }
   std::vector<image::Crop> visible;
   image::DescriptorRows rows;
@@ -75,11 +96,18 @@ DescribedCrops describe_crops(const std::vector<ValidationCrop>& crops,
         unreadable.add(batch[i].image);
         continue;
       }
+      for (std::size_t c = 0; c < contenders.size(); ++c) {
+        if (contenders[c].descriptor) continue;
+        nn::Tensor& rows_of = described.rows[c].embeddings;
+        std::copy_n(from_files[c].image(static_cast<int>(begin + i)), rows_of.shape().c,
+                    rows_of.image(static_cast<int>(described.crops.size())));
+      }
       visible.push_back(*crop);
       described.crops.push_back(batch[i]);
     }
     if (!visible.empty()) {
       for (std::size_t c = 0; c < contenders.size(); ++c) {
+        if (!contenders[c].descriptor) continue;
         contenders[c].descriptor->describe(visible, rows);
         std::copy(rows.values.begin(), rows.values.end(), described.rows[c].embeddings.image(row));
       }

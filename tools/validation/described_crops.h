@@ -21,8 +21,9 @@ struct DescribedCrops {
 };
 
 /// Decodes the images (all threads, a batch at a time) and lets every contender describe the crops.
+/// Vectors of a contender's files are taken as they are, of boxes of a sequence there are none.
 /// Images that cannot be read and boxes too small to see are left out; more than 1 % of them is
-/// std::invalid_argument. `progress` gets the crops done.
+/// std::invalid_argument, and what reid::image_vectors() throws. `progress` gets the crops done.
 DescribedCrops describe_crops(const std::vector<ValidationCrop>& crops,
                               std::span<const Contender> contenders,
                               const std::function<void(std::int64_t)>& progress);

@@ -16,13 +16,13 @@ namespace sdmt::tools {
 
 namespace {
 
-ValidatedCurve validated(reid::PairCurve curve, std::uint64_t seed) {
+ValidatedCurve validated(reid::PairCurve curve, const reid::OperatingPoints& points,
+                         std::uint64_t seed) {
   reid::BootstrapOptions options;
   options.seed = seed;
-  const auto interval =
-      reid::bootstrap_auc(curve.pairs, curve.identities, curve.backgrounds, options);
-  curve.pairs = {};  // 12 bytes a pair, of no further use
-  return {std::move(curve), interval};
+  const auto intervals = reid::bootstrap_curve(std::exchange(curve.pairs, {}), curve.identities,
+                                               curve.backgrounds, points, options);
+  return {std::move(curve), intervals};
 }
 
 // The rows of `crops` that `wanted` picks.
@@ -46,16 +46,27 @@ reid::LabelledEmbeddings subset(const reid::LabelledEmbeddings& all,
 
 ContenderScores score_contender(const Contender& contender, const reid::LabelledEmbeddings& rows,
                                 const std::vector<ValidationCrop>& crops,
-                                const ValidationOptions& options) {
+                                const ValidationOptions& options,
+                                const std::function<void()>& step) {
+  const std::optional<double> tau_a =
+      contender.descriptor ? contender.descriptor->tau_a() : std::nullopt;
+  const reid::OperatingPoints points{tau_a.value_or(0), options.target_fpr};
   const auto curve = [&](reid::PairSet set) {
     reid::PairOptions pairs;
     pairs.set = set;
     pairs.pairs = options.pairs;
     pairs.seed = options.seed;
-    return validated(reid::pair_curve(rows, pairs, contender.distance), options.seed);
+    auto result =
+        validated(reid::pair_curve(rows, pairs, contender.distance), points, options.seed);
+    step();
+    return result;
   };
-  ContenderScores scores{
-      contender.name, curve(reid::PairSet::person_only), {}, curve(reid::PairSet::paper), {}};
+  ContenderScores scores{.name = contender.name,
+                         .person_only = curve(reid::PairSet::person_only),
+                         .cross_camera = {},
+                         .paper = curve(reid::PairSet::paper),
+                         .search = {},
+                         .stored_tau_a = tau_a};
   const auto across = reid::count_pairs(rows, reid::PairSet::cross_camera);
   if (across.positives > 0 && across.negatives > 0) {
     scores.cross_camera = curve(reid::PairSet::cross_camera);
@@ -84,8 +95,8 @@ std::vector<ThresholdChoice> threshold_choices(const reid::Roc& roc) {
 nlohmann::ordered_json curve_json(const ValidatedCurve& curve) {
   const reid::Roc& roc = curve.pairs.roc;
   return {{"auc", roc.auc()},
-          {"auc_low", curve.interval.low},
-          {"auc_high", curve.interval.high},
+          {"auc_low", curve.intervals.auc.low},
+          {"auc_high", curve.intervals.auc.high},
           {"eer", roc.eer()},
           {"tpr_at_fpr",
            {{"0.1", roc.tpr_at_fpr(0.1)},
@@ -97,7 +108,8 @@ nlohmann::ordered_json curve_json(const ValidatedCurve& curve) {
           {"distractors", curve.pairs.counts.distractors}};
 }
 
-nlohmann::ordered_json contender_json(const ContenderScores& scores) {
+nlohmann::ordered_json contender_json(const ContenderScores& scores,
+                                      const ValidationOptions& options) {
   nlohmann::ordered_json json;
   json["person_only"] = curve_json(scores.person_only);
   json["cross_camera"] = nullptr;
@@ -112,6 +124,20 @@ nlohmann::ordered_json contender_json(const ContenderScores& scores) {
   search("rank10", &reid::ReidMetrics::rank10);
   search("map", &reid::ReidMetrics::map);
   search("map_trapezoid", &reid::ReidMetrics::map_trapezoid);
+  const ValidatedCurve& curve = scores.person_only;
+  const auto with_interval = [](double value, const reid::Interval& interval) {
+    return nlohmann::ordered_json{{"value", value}, {"low", interval.low}, {"high", interval.high}};
+  };
+  json["at_stored_tau_a"] = nullptr;
+  if (scores.stored_tau_a) {
+    const auto rates = curve.pairs.roc.at(1 - *scores.stored_tau_a);
+    json["at_stored_tau_a"] = {{"tau_a", *scores.stored_tau_a},
+                               {"tpr", with_interval(rates.tpr, curve.intervals.tpr)},
+                               {"fpr", with_interval(rates.fpr, curve.intervals.fpr)}};
+  }
+  json["at_target_fpr"] = {{"target_fpr", options.target_fpr},
+                           {"tau_a", with_interval(curve.pairs.roc.tau_a_at_fpr(options.target_fpr),
+                                                   curve.intervals.tau_a)}};
   return json;
 }
 
@@ -156,6 +182,74 @@ std::string threshold_table(const ValidationScores& scores) {
   return table.str();
 }
 
+std::string rates_table(std::span<const ValidationScores> sets) {
+  std::vector<std::string> header = rates_header(sets.front().options);
+  header.insert(header.begin(), {"", ""});
+  TextTable table(header, {1});
+  for (const ValidationScores& scores : sets) {
+    for (const ContenderScores& contender : scores.contenders) {
+      std::vector<std::string> cells = rates_cells(contender, scores.options);
+      cells.insert(cells.begin(), {scores.data, contender.name});
+      table.add_row(cells);
+    }
+  }
+  return table.str();
+}
+
+std::string comparison_table(std::span<const ValidationScores> sets) {
+  TextTable table({"", "", "AUC [95 %]", "TPR at FPR 0.1", "0.01", "0.001", "rank-1", "mAP"}, {1});
+  for (const ValidationScores& scores : sets) {
+    for (const ContenderScores& contender : scores.contenders) {
+      const reid::Roc& roc = contender.person_only.pairs.roc;
+      const auto& search = contender.search;
+      table.add_row({scores.data, contender.name, format_area(contender.person_only),
+                     format_rate(roc.tpr_at_fpr(0.1)), format_rate(roc.tpr_at_fpr(0.01)),
+                     format_rate(roc.tpr_at_fpr(0.001)), search ? format_rate(search->rank1) : "-",
+                     search ? format_rate(search->map) : "-"});
+    }
+  }
+  return table.str();
+}
+
+std::string text_of(const ValidationScores& scores) {
+  const ContenderScores& model = scores.contenders.front();
+  std::string text = fmt::format("{}: {}\n", scores.data, describe_images(scores));
+  if (scores.unreadable > 0) {
+    text += fmt::format("left out, unreadable or too small: {}\n", scores.unreadable);
+  }
+  text += fmt::format("pairs, person-only: {}\npairs, paper mix: {}; seed {}\n\n",
+                      describe_pairs(model.person_only.pairs.counts),
+                      describe_pairs(model.paper.pairs.counts), scores.options.seed);
+  text += curve_table(scores) + "\n" + search_table(scores) + "\n" + threshold_table(scores) +
+          "\n" + rates_table({&scores, 1});
+  return text +
+         fmt::format("\ntau_a = {:.4f} (by {})\n", scores.chosen.tau_a, scores.chosen.criterion);
+}
+
+nlohmann::ordered_json json_of(const ValidationScores& scores) {
+  nlohmann::ordered_json json = contender_json(scores.contenders.front(), scores.options);
+  json["tau_a"] = scores.chosen.tau_a;
+  json["criterion"] = scores.chosen.criterion;
+  nlohmann::ordered_json thresholds;
+  for (const ThresholdChoice& t : scores.thresholds) {
+    thresholds[t.criterion] = {{"tau_a", t.tau_a}, {"tpr", t.tpr}, {"fpr", t.fpr}};
+  }
+  json["tau_a_by"] = thresholds;
+  json["data"] = scores.data;
+  json["images"] = scores.images;
+  json["people"] = scores.people;
+  json["cameras"] = scores.cameras;
+  json["distractor_images"] = scores.distractors;
+  json["unreadable"] = scores.unreadable;
+  json["seed"] = scores.options.seed;
+  nlohmann::ordered_json baselines = nlohmann::ordered_json::object();
+  for (std::size_t f = 1; f < scores.contenders.size(); ++f) {
+    baselines[scores.contenders[f].name] = contender_json(scores.contenders[f], scores.options);
+  }
+  json["baselines"] = baselines;
+  return json;
+}
+
 }  // namespace
 
 void ValidationOptions::validate() const {
@@ -169,7 +263,8 @@ void ValidationOptions::validate() const {
 }
 
 ValidationScores score(const DescribedCrops& described, std::span<const Contender> contenders,
-                       const ValidationOptions& options, const std::string& data) {
+                       const ValidationOptions& options, const std::string& data,
+                       const std::function<void(std::int64_t)>& progress) {
   options.validate();
   ValidationScores scores;
   scores.data = data;
@@ -189,9 +284,12 @@ ValidationScores score(const DescribedCrops& described, std::span<const Contende
   scores.people = static_cast<int>(people.size());
   scores.cameras = static_cast<int>(cameras.size());
   for (std::size_t f = 0; f < described.rows.size(); ++f) {
-    scores.contenders.push_back(
-        score_contender(contenders[f], described.rows[f], described.crops, options));
+    std::int64_t steps = kScoringSteps * static_cast<std::int64_t>(f);
+    progress(steps);
+    scores.contenders.push_back(score_contender(contenders[f], described.rows[f], described.crops,
+                                                options, [&] { progress(++steps); }));
   }
+  progress(kScoringSteps * static_cast<std::int64_t>(described.rows.size()));
   const reid::Roc& roc = scores.contenders.front().person_only.pairs.roc;
   scores.thresholds = threshold_choices(roc);
   if (options.criterion == "fpr") {
@@ -211,9 +309,31 @@ ValidationScores score(const DescribedCrops& described, std::span<const Contende
 
 std::string format_rate(double value) { return fmt::format("{:.4f}", value); }
 
+std::string format_interval(double value, const reid::Interval& interval) {
+  return fmt::format("{:.4f} [{:.4f}, {:.4f}]", value, interval.low, interval.high);
+}
+
 std::string format_area(const ValidatedCurve& curve) {
-  return fmt::format("{:.4f} [{:.4f}, {:.4f}]", curve.pairs.roc.auc(), curve.interval.low,
-                     curve.interval.high);
+  return format_interval(curve.pairs.roc.auc(), curve.intervals.auc);
+}
+
+std::vector<std::string> rates_header(const ValidationOptions& options) {
+  return {"stored tau_a", "TPR there [95 %]", "FPR there [95 %]",
+          fmt::format("tau_a for FPR {:g} [95 %]", options.target_fpr)};
+}
+
+std::vector<std::string> rates_cells(const ContenderScores& contender,
+                                     const ValidationOptions& options) {
+  const ValidatedCurve& curve = contender.person_only;
+  std::vector<std::string> cells = {"-", "-", "-"};
+  if (contender.stored_tau_a) {
+    const auto rates = curve.pairs.roc.at(1 - *contender.stored_tau_a);
+    cells = {format_rate(*contender.stored_tau_a), format_interval(rates.tpr, curve.intervals.tpr),
+             format_interval(rates.fpr, curve.intervals.fpr)};
+  }
+  cells.push_back(
+      format_interval(curve.pairs.roc.tau_a_at_fpr(options.target_fpr), curve.intervals.tau_a));
+  return cells;
 }
 
 std::string format_count(std::int64_t value) {
@@ -242,41 +362,21 @@ std::string describe_images(const ValidationScores& scores) {
   return text;
 }
 
-std::string to_text(const ValidationScores& scores) {
-  const ContenderScores& model = scores.contenders.front();
-  std::string text = fmt::format("{}: {}\n", scores.data, describe_images(scores));
-  if (scores.unreadable > 0) {
-    text += fmt::format("left out, unreadable or too small: {}\n", scores.unreadable);
+std::string to_text(std::span<const ValidationScores> sets) {
+  if (sets.size() == 1) return text_of(sets.front());
+  std::string text;
+  for (const ValidationScores& scores : sets) {
+    text += fmt::format("{}: {}", scores.data, describe_images(scores));
+    if (scores.unreadable > 0) text += fmt::format("; left out: {}", scores.unreadable);
+    text += '\n';
   }
-  text += fmt::format("pairs, person-only: {}\npairs, paper mix: {}; seed {}\n\n",
-                      describe_pairs(model.person_only.pairs.counts),
-                      describe_pairs(model.paper.pairs.counts), scores.options.seed);
-  text += curve_table(scores) + "\n" + search_table(scores) + "\n" + threshold_table(scores);
-  return text +
-         fmt::format("\ntau_a = {:.4f} (by {})\n", scores.chosen.tau_a, scores.chosen.criterion);
+  return text + "\n" + comparison_table(sets) + "\n" + rates_table(sets);
 }
 
-nlohmann::ordered_json to_json(const ValidationScores& scores) {
-  nlohmann::ordered_json json = contender_json(scores.contenders.front());
-  json["tau_a"] = scores.chosen.tau_a;
-  json["criterion"] = scores.chosen.criterion;
-  nlohmann::ordered_json thresholds;
-  for (const ThresholdChoice& t : scores.thresholds) {
-    thresholds[t.criterion] = {{"tau_a", t.tau_a}, {"tpr", t.tpr}, {"fpr", t.fpr}};
-  }
-  json["tau_a_by"] = thresholds;
-  json["data"] = scores.data;
-  json["images"] = scores.images;
-  json["people"] = scores.people;
-  json["cameras"] = scores.cameras;
-  json["distractor_images"] = scores.distractors;
-  json["unreadable"] = scores.unreadable;
-  json["seed"] = scores.options.seed;
-  nlohmann::ordered_json baselines = nlohmann::ordered_json::object();
-  for (std::size_t f = 1; f < scores.contenders.size(); ++f) {
-    baselines[scores.contenders[f].name] = contender_json(scores.contenders[f]);
-  }
-  json["baselines"] = baselines;
+nlohmann::ordered_json to_json(std::span<const ValidationScores> sets) {
+  if (sets.size() == 1) return json_of(sets.front());
+  nlohmann::ordered_json json;
+  for (const ValidationScores& scores : sets) json["sets"].push_back(json_of(scores));
   return json;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
@@ -26,10 +27,10 @@ struct ValidationOptions {
   void validate() const;
 };
 
-/// A curve with the interval of its area.
+/// A curve with the intervals of its area and of what the thresholds do.
 struct ValidatedCurve {
   reid::PairCurve pairs;
-  reid::AucInterval interval;  ///< 95 %
+  reid::CurveIntervals intervals;  ///< 95 %
 };
 
 /// What one contender reaches.
@@ -40,6 +41,7 @@ struct ContenderScores {
   ValidatedCurve paper;
   /// Of Euclidean distances, where a query has anything to find.
   std::optional<reid::ReidMetrics> search;
+  std::optional<double> stored_tau_a;  ///< that the contender came with
 };
 
 /// A threshold and what it does on the person-only pairs.
@@ -58,23 +60,35 @@ struct ValidationScores {
   int distractors = 0;  ///< images
   int unreadable = 0;   ///< images
   ValidationOptions options;
-  std::vector<ContenderScores> contenders;  ///< the model's first, then the baselines
+  std::vector<ContenderScores> contenders;  ///< the model's first, then the others
   std::vector<ThresholdChoice> thresholds;
   ThresholdChoice chosen;  ///< by options.criterion
 };
 
-/// Scores every contender; the thresholds are the first's. Throws as
-/// reid::pair_curve().
-ValidationScores score(const DescribedCrops& described, std::span<const Contender> contenders,
-                       const ValidationOptions& options, const std::string& data);
+/// Steps of score() for each contender.
+inline constexpr int kScoringSteps = 4;
 
-std::string to_text(const ValidationScores& scores);
-nlohmann::ordered_json to_json(const ValidationScores& scores);
+/// Scores every contender; the thresholds are the first's. `progress` gets the steps done. Throws
+/// as reid::pair_curve().
+ValidationScores score(const DescribedCrops& described, std::span<const Contender> contenders,
+                       const ValidationOptions& options, const std::string& data,
+                       const std::function<void(std::int64_t)>& progress);
+
+/// One data set in full; several, one below the other in two tables.
+std::string to_text(std::span<const ValidationScores> sets);
+/// The object of one data set; several as {"sets": [...]}.
+nlohmann::ordered_json to_json(std::span<const ValidationScores> sets);
 
 // Cells of the tables in the text and the report.
 std::string format_rate(double value);                 ///< "0.9731"
 std::string format_area(const ValidatedCurve& curve);  ///< "0.9731 [0.9650, 0.9803]"
-std::string format_count(std::int64_t value);          ///< "497,174"
+std::string format_interval(double value, const reid::Interval& interval);  ///< likewise
+/// What the thresholds do: header and a contender's cells. TPR and FPR at the stored tau_a, and the
+/// tau_a that the wanted FPR needs.
+std::vector<std::string> rates_header(const ValidationOptions& options);
+std::vector<std::string> rates_cells(const ContenderScores& contender,
+                                     const ValidationOptions& options);
+std::string format_count(std::int64_t value);  ///< "497,174"
 /// Of the person-only and paper sets: how many pairs of each kind.
 std::string describe_pairs(const reid::PairCounts& counts);
 /// "1,002 images of 104 people by 2 cameras".

@@ -116,8 +116,10 @@ std::vector<ValidationCrop> list_validation_crops(const ValidationCropOptions& o
   auto crops = mot::Sequence::is_sequence(options.data)
                    ? list_sequence(options.data, options.frame_step)
                    : list_reid_set(options.data);
+  for (ValidationCrop& crop : crops) crop.root = options.data;
   if (!options.distractors.empty()) {
-    const auto distractors = list_distractors(options.distractors);
+    auto distractors = list_distractors(options.distractors);
+    for (ValidationCrop& crop : distractors) crop.root = options.distractors;
     crops.insert(crops.end(), distractors.begin(), distractors.end());
   }
   return crops;

@@ -16,8 +16,9 @@ struct ValidationCrop {
   std::optional<image::PixelRect> rect;  ///< absent: the whole image
   int pid = 0;                           ///< reid::kDistractorPid: nobody
   int camid = 0;
-  bool query = true;    ///< is searched for
-  bool gallery = true;  ///< is searched in
+  bool query = true;                ///< is searched for
+  bool gallery = true;              ///< is searched in
+  std::filesystem::path root = {};  ///< the folder it was listed from
 
   /// File name without its ending, with the box where there is one.
   std::string label() const;

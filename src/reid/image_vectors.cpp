@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "teacher_vectors.h"
+#include "sdmt/reid/image_vectors.h"
 
 #include <algorithm>
 #include <iterator>
@@ -11,7 +11,7 @@
 
 #include "sdmt/reid/embedding_file.h"
 
-namespace sdmt::train {
+namespace sdmt::reid {
 
 namespace {
 
@@ -49,7 +49,7 @@ class Rows {
  public:
   Rows(std::span<const fs::path> files, const std::set<std::ptrdiff_t>& lengths) {
     for (const auto& file : files) {
-      files_.push_back(reid::read_embedding_file(file));
+      files_.push_back(read_embedding_file(file));
       require_same_size(file, files.front());
       const auto& images = files_.back().images;
       for (std::size_t i = 0; i < images.size(); ++i) {
@@ -87,14 +87,14 @@ class Rows {
                                 first.string());
   }
 
-  std::vector<reid::EmbeddingFile> files_;
+  std::vector<EmbeddingFile> files_;
   std::map<std::string, Row> rows_;
 };
 
 }  // namespace
 
-nn::Tensor teacher_vectors(std::span<const fs::path> files, std::span<const fs::path> paths,
-                           std::span<const fs::path> roots) {
+nn::Tensor image_vectors(std::span<const fs::path> files, std::span<const fs::path> paths,
+                         std::span<const fs::path> roots) {
   std::vector<fs::path> names;
   std::map<fs::path, fs::path> owners;  // an image may take part twice, under one path
   std::set<std::ptrdiff_t> lengths;
@@ -104,7 +104,7 @@ nn::Tensor teacher_vectors(std::span<const fs::path> files, std::span<const fs::
     const auto [owner, added] = owners.emplace(names.back(), full_path(paths[i]));
     if (!added && owner->second != full_path(paths[i])) {
       throw std::invalid_argument(owner->second.string() + " and " + full_path(paths[i]).string() +
-                                  " are both known to the teacher as " + names.back().string() +
+                                  " are both known as " + names.back().string() +
                                   ": rename a data folder");
     }
   }
@@ -117,4 +117,4 @@ nn::Tensor teacher_vectors(std::span<const fs::path> files, std::span<const fs::
   return vectors;
 }
 
-}  // namespace sdmt::train
+}  // namespace sdmt::reid
