@@ -10,6 +10,7 @@
 #include "sdmt/io/checked_value.h"
 #include "sdmt/io/delimited_text.h"
 #include "sdmt/io/output_file.h"
+#include "sdmt/mot/class_filter.h"
 
 namespace sdmt::mot {
 
@@ -51,6 +52,28 @@ int class_of(std::string_view text) {
   return is_class ? static_cast<int>(*value) : -1;
 }
 
+template <typename Row>
+void sort_by_frame(std::vector<Row>& rows) {
+  const auto by_frame = [](const Row& a, const Row& b) { return a.frame < b.frame; };
+  if (!std::is_sorted(rows.begin(), rows.end(), by_frame)) {
+    std::stable_sort(rows.begin(), rows.end(), by_frame);
+  }
+}
+
+// The line, with commas where it has only blanks between its columns.
+std::string comma_separated(std::string_view line) {
+  std::string text(line);
+  if (line.find(',') != std::string_view::npos || line.find(';') != std::string_view::npos) {
+    return text;
+  }
+  const auto blank = [](char c) { return c == ' ' || c == '\t'; };
+  text.erase(
+      std::unique(text.begin(), text.end(), [&](char a, char b) { return blank(a) && blank(b); }),
+      text.end());
+  std::replace_if(text.begin(), text.end(), blank, ',');
+  return text;
+}
+
 // Calls read(NumberLine&) for each line and returns the rows sorted by frame, else in file order.
 template <typename Row, typename Read>
 std::vector<Row> read_rows(const std::filesystem::path& path, Read&& read) {
@@ -59,36 +82,41 @@ std::vector<Row> read_rows(const std::filesystem::path& path, Read&& read) {
     io::NumberLine line(path, number, text);
     rows.push_back(read(line));
   });
-  const auto by_frame = [](const Row& a, const Row& b) { return a.frame < b.frame; };
-  if (!std::is_sorted(rows.begin(), rows.end(), by_frame)) {
-    std::stable_sort(rows.begin(), rows.end(), by_frame);
-  }
+  sort_by_frame(rows);
   return rows;
 }
 
 }  // namespace
 
-DetectionFile DetectionFile::read(const std::filesystem::path& path) {
-  struct Row {
-    int frame;
-    Detection detection;
-  };
-  DetectionFile file;
-  bool has_classes = true;
-  const auto rows = read_rows<Row>(path, [&](io::NumberLine& line) {
+DetectionFile DetectionFile::read(const std::filesystem::path& path, int frame_offset,
+                                  const ClassFilter* classes) {
+  struct Read {
+    int columns = 0;
+    bool has_classes = true;
+    std::map<int, std::size_t> classes;
+  } seen;
+  std::size_t unwanted = 0;
+  std::vector<DetectionRow> rows;
+  io::for_each_line(io::read_text(path), [&](std::size_t number, std::string_view raw) {
+    const std::string text = comma_separated(raw);
+    io::NumberLine line(path, number, text);
     const int columns = line.columns();
-    file.columns_ = std::max(file.columns_, columns);
+    seen.columns = std::max(seen.columns, columns);
     try {
-      Row row;
-      row.frame = line.whole("frame", 1);
+      DetectionRow row;
+      row.frame = line.whole("frame", 1 - frame_offset) + frame_offset;
       line.whole("id", kAnyNumber);
       row.detection.box = read_box(line, false);
       check_range(line, row.detection.box);
       row.detection.score = line.number("score");
       const int category = line.more() ? class_of(line.text("class")) : -1;
-      has_classes = has_classes && category >= 0;
-      if (has_classes) ++file.classes_[category];
-      return row;
+      if (classes != nullptr && !classes->wants(category, "")) {
+        ++unwanted;
+        return;
+      }
+      seen.has_classes = seen.has_classes && category >= 0;
+      if (seen.has_classes) ++seen.classes[category];
+      rows.push_back(std::move(row));
     } catch (const std::invalid_argument& error) {
       if (columns <= kMostColumns) throw;
       throw std::invalid_argument(error.what() + std::string("; the line has ") +
@@ -96,13 +124,26 @@ DetectionFile DetectionFile::read(const std::filesystem::path& path) {
                                   " columns, expected 7 to 10 (decimals take a point)");
     }
   });
-  if (!has_classes) file.classes_.clear();
+  if (rows.empty() && unwanted > 0) {
+    throw std::invalid_argument(path.string() + ": no box has a wanted class (" + classes->text() +
+                                ") in the eighth column; MOT files number their classes");
+  }
+  DetectionFile file = from_rows(std::move(rows), path.string());
+  file.columns_ = seen.columns;
+  if (seen.has_classes) file.classes_ = std::move(seen.classes);
+  return file;
+}
+
+DetectionFile DetectionFile::from_rows(std::vector<DetectionRow> rows, const std::string& name) {
+  sort_by_frame(rows);
   // Whoever goes from frame to frame must not go on for ever for one absurd number.
   constexpr int kLargestGap = 10'000'000;
+  DetectionFile file;
   file.detections_.reserve(rows.size());
-  for (const Row& row : rows) {
+  if (!rows.empty()) file.dimension_ = static_cast<int>(rows.front().embedding.size());
+  for (const DetectionRow& row : rows) {
     if (row.frame - file.last_frame() > kLargestGap) {
-      throw std::invalid_argument(path.string() + ": frame " + std::to_string(row.frame) +
+      throw std::invalid_argument(name + ": frame " + std::to_string(row.frame) +
                                   " follows frame " + std::to_string(file.last_frame()) +
                                   ", expected at most 10000000 frames between");
     }
@@ -111,17 +152,28 @@ DetectionFile DetectionFile::read(const std::filesystem::path& path) {
       file.first_.push_back(file.detections_.size());
     }
     file.detections_.push_back(row.detection);
+    file.embeddings_.insert(file.embeddings_.end(), row.embedding.begin(), row.embedding.end());
   }
   return file;
 }
 
-std::span<const Detection> DetectionFile::frame(int frame) const {
+std::pair<std::size_t, std::size_t> DetectionFile::range(int frame) const {
   const auto found = std::lower_bound(frames_.begin(), frames_.end(), frame);
-  if (found == frames_.end() || *found != frame) return {};
+  if (found == frames_.end() || *found != frame) return {0, 0};
   const auto i = found - frames_.begin();
   const bool last = found + 1 == frames_.end();
   const std::size_t end = last ? detections_.size() : first_[i + 1];
-  return std::span(detections_).subspan(first_[i], end - first_[i]);
+  return {first_[i], end - first_[i]};
+}
+
+std::span<const Detection> DetectionFile::frame(int frame) const {
+  const auto [first, count] = range(frame);
+  return std::span(detections_).subspan(first, count);
+}
+
+std::span<const float> DetectionFile::embeddings(int frame) const {
+  const auto [first, count] = range(frame);
+  return std::span(embeddings_).subspan(first * dimension_, count * dimension_);
 }
 
 bool DetectionFile::has_scores() const {

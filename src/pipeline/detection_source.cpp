@@ -4,11 +4,13 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <iostream>
 #include <limits>
 
 #include "sdmt/mot/sequence.h"
 #include "sdmt/pipeline/file_detections.h"
 #include "sdmt/pipeline/hog_detector.h"
+#include "sdmt/pipeline/live_detections.h"
 #include "sdmt/pipeline/network_detector.h"
 
 namespace sdmt::pipeline {
@@ -27,9 +29,11 @@ std::optional<ScoreRange> FileDetections::score_range() const {
 }
 
 std::unique_ptr<DetectionSource> open_detection_source(const std::string& spec,
-                                                       const HogOptions& hog) {
+                                                       const HogOptions& hog,
+                                                       const mot::DetectionReading& reading) {
   if (spec == "hog") return std::make_unique<HogDetector>(hog);
-  return std::make_unique<FileDetections>(mot::DetectionFile::read(spec), spec);
+  if (spec == "-") return std::make_unique<LiveDetections>(std::cin, "standard input", reading);
+  return std::make_unique<FileDetections>(mot::read_detections(spec, reading), spec);
 }
 
 std::unique_ptr<DetectionSource> open_detector(const std::string& detector,

@@ -37,9 +37,27 @@ std::string guess(const std::string& input) {
   return {};
 }
 
+class NumberedFrames : public FrameSource {
+ public:
+  bool next(Frame& frame, bool) override {
+    frame.number = ++number_;
+    frame.image = {};
+    return true;
+  }
+  int frame_count() const override { return 0; }
+  double frame_rate() const override { return 0; }
+  bool has_images() const override { return false; }
+  bool endless() const override { return true; }
+  bool repeatable() const override { return false; }
+
+ private:
+  int number_ = 0;
+};
+
 }  // namespace
 
 std::unique_ptr<FrameSource> open_frame_source(const std::string& input) {
+  if (input == "-") return std::make_unique<NumberedFrames>();
   if (input.starts_with("camera:")) return open_camera(input);
   if (input.find("://") != std::string::npos) return open_stream(input);
   std::error_code failed;
@@ -55,6 +73,22 @@ std::unique_ptr<FrameSource> open_frame_source(const std::string& input) {
     throw std::invalid_argument(input + ": is not a regular file" + guess(input));
   }
   return open_video_file(input);
+}
+
+PictureSize picture_size(const std::string& input) {
+  if (mot::Sequence::is_sequence(input)) {
+    const auto sequence = mot::Sequence::read(input);
+    if (sequence.width > 0 && sequence.height > 0) return {sequence.width, sequence.height};
+  }
+  if (input == "-" || input.starts_with("camera:") || input.find("://") != std::string::npos) {
+    return {};
+  }
+  const auto source = open_frame_source(input);
+  if (!source->has_images()) return {};
+  for (Frame frame; source->next(frame, true);) {
+    if (frame.has_image()) return {frame.image.width, frame.image.height};
+  }
+  return {};
 }
 
 std::string display_name(const std::string& input) {

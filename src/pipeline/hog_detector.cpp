@@ -28,6 +28,12 @@ constexpr double kLift = 0.024;
 // What windows have to share to speak of the same person, and to be in each other's way.
 constexpr double kGroupIou = 0.5;
 constexpr double kSuppressionOverlap = 0.6;
+// People who fill the picture are looked for in one that goes on beyond its borders, by this share
+// of its height, with their pixels smeared outwards.
+constexpr double kBorder = 0.25;
+// Most pixels that are searched; larger pictures are scaled down, unless the smallest person is
+// named.
+constexpr double kMostPixels = 2.4e6;
 // The score's logit.
 constexpr double kMarginWeight = 0.95;
 constexpr double kCountWeight = 2.55;
@@ -93,9 +99,9 @@ std::vector<mot::Detection> find_people(Responses responses) {
 }  // namespace
 
 void HogOptions::validate() const {
-  if (min_person_height < 24 || min_person_height > 1000) {
-    throw std::invalid_argument(
-        fmt::format("min_person_height is {}, expected 24 to 1000 pixels", min_person_height));
+  if (min_person_height != 0 && (min_person_height < 24 || min_person_height > 1000)) {
+    throw std::invalid_argument(fmt::format(
+        "min_person_height is {}, expected 24 to 1000 pixels, or 0", min_person_height));
   }
 }
 
@@ -111,18 +117,12 @@ HogDetector::HogDetector(const HogOptions& options)
 
 HogDetector::~HogDetector() = default;
 
-std::vector<mot::Detection> HogDetector::detect(const Frame& frame) {
-  if (!frame.has_image()) return {};
-  const cv::HOGDescriptor& hog = descriptor_->hog;
-  const double zoom = kPersonHeight / options_.min_person_height;
-  cv::Mat image;
-  const cv::Size size(static_cast<int>(std::lround(frame.image.width * zoom)),
-                      static_cast<int>(std::lround(frame.image.height * zoom)));
-  if (size.width < hog.winSize.width || size.height < hog.winSize.height) {
-    return {};  // no window fits
-  }
-  cv::resize(mat_view(frame.image), image, size, 0, 0, cv::INTER_LINEAR);
+namespace {
 
+// Adds the windows that answer in `image`, which shows the frame `zoom` times as large with
+// `border` pixels around it.
+void search(const cv::HOGDescriptor& hog, const cv::Mat& image, double zoom, int border,
+            Responses& responses) {
   std::vector<cv::Rect> windows;
   std::vector<double> margins;
   {
@@ -130,15 +130,48 @@ std::vector<mot::Detection> HogDetector::detect(const Frame& frame) {
     hog.detectMultiScale(image, windows, margins, kLeastMargin, cv::Size(8, 8), cv::Size(16, 16),
                          kScaleStep, 0);
   }
-  Responses responses;
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const cv::Rect& window = windows[i];
-    const mot::Cxcywh person{(window.x + window.width / 2.0) / zoom + 1,
-                             (window.y + (0.5 - kLift) * window.height) / zoom + 1,
+    const mot::Cxcywh person{(window.x - border + window.width / 2.0) / zoom + 1,
+                             (window.y - border + (0.5 - kLift) * window.height) / zoom + 1,
                              window.width * kWidthShare / zoom,
                              window.height * kHeightShare / zoom};
     responses.push_back({mot::to_tlwh(person), margins[i]});
   }
+}
+
+bool fits(const cv::HOGDescriptor& hog, double width, double height) {
+  return std::lround(width) >= hog.winSize.width && std::lround(height) >= hog.winSize.height;
+}
+
+}  // namespace
+
+std::vector<mot::Detection> HogDetector::detect(const Frame& frame) {
+  if (!frame.has_image()) return {};
+  const cv::HOGDescriptor& hog = descriptor_->hog;
+  const double width = frame.image.width, height = frame.image.height;
+  double zoom = kPersonHeight / HogOptions::kSmallest;
+  if (options_.min_person_height > 0) {
+    zoom = kPersonHeight / options_.min_person_height;
+  } else {
+    zoom = std::min(zoom, std::sqrt(kMostPixels / (width * height)));
+  }
+  Responses responses;
+  const auto scaled = [&](double factor) {
+    cv::Mat image;
+    const cv::Size size(std::max(1, static_cast<int>(std::lround(width * factor))),
+                        std::max(1, static_cast<int>(std::lround(height * factor))));
+    cv::resize(mat_view(frame.image), image, size, 0, 0,
+               factor < 0.5 ? cv::INTER_AREA : cv::INTER_LINEAR);
+    return image;
+  };
+  if (fits(hog, width * zoom, height * zoom)) search(hog, scaled(zoom), zoom, 0, responses);
+  // OpenCV stops at windows as tall as the picture, of which a person fills three quarters.
+  while (fits(hog, width * zoom, height * zoom)) zoom /= kScaleStep;
+  const int border = static_cast<int>(std::lround(kBorder * height * zoom));
+  cv::Mat wide;
+  cv::copyMakeBorder(scaled(zoom), wide, border, border, border, border, cv::BORDER_REPLICATE);
+  if (fits(hog, wide.cols, wide.rows)) search(hog, wide, zoom, border, responses);
   return find_people(std::move(responses));
 }
 

@@ -60,6 +60,9 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
   const bool decode = images || detections.needs_images();
 
   RunReport report;
+  // In place of an image for a descriptor that needs none.
+  const image::Image one_pixel(1, 1);
+  const image::ImageView nothing = one_pixel.view();
   Frame frame;
   std::vector<mot::Detection> boxes;
   bool stopped = false;
@@ -74,10 +77,15 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
       report.failure = std::current_exception();
       break;
     }
-    deliver(tracker.update(boxes, frame.has_image() ? &view : nullptr));
+    if (detections.ended() && frames.endless()) {
+      report.boxes_ended = true;
+      break;
+    }
+    const bool look = frame.has_image() || detections.descriptor() != nullptr;
+    deliver(tracker.update(boxes, !look ? nullptr : frame.has_image() ? &view : &nothing));
   }
   const int read = frame.number;
-  stopped = stopped || report.failure != nullptr;
+  stopped = stopped || report.failure != nullptr || report.boxes_ended;
   // Some containers only estimate their length: a frame or two, or one in a hundred, say nothing.
   const int missing = frames.frame_count() - read;
   report.ended_early = !stopped && missing > std::max(2, frames.frame_count() / 100);

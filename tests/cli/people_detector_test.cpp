@@ -2,11 +2,15 @@
 // sdmt track with OpenCV's people detector: what becomes of a video without detections.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <sstream>
 
 #include "cli/track_scene.h"
+#include "sdmt/mot/mot_file.h"
 #include "sdmt/mot/sequence.h"
 
 namespace sdmt::tests {
@@ -84,6 +88,77 @@ TEST_F(PeopleDetector, FindsRealWalkers) {
   const auto score = scores(part);
   EXPECT_GT(score.at("MOTA"), 0.80) << score;
   EXPECT_GT(score.at("IDF1"), 0.88) << score;
+}
+
+// Pictures of 640 x 480 that a person of a sequence fills to nine tenths: cut out and enlarged.
+struct TallPeople {
+  std::vector<cv::Mat> pictures;
+  std::vector<mot::Tlwh> boxes;
+};
+
+TallPeople enlarge_people(const fs::path& folder, int every, int least_height) {
+  constexpr double kShare = 0.9;
+  const cv::Size kPicture(640, 480);
+  const auto sequence = mot::Sequence::read(folder);
+  const auto rows = mot::read_ground_truth(sequence.ground_truth());
+  TallPeople tall;
+  for (const auto& row : rows) {
+    if (row.frame % every != 1 || row.box.height < least_height) continue;
+    const bool alone = std::none_of(rows.begin(), rows.end(), [&](const auto& other) {
+      return other.frame == row.frame && other.id != row.id && mot::iou(other.box, row.box) > 0;
+    });
+    const cv::Mat frame = cv::imread(sequence.image(row.frame).string());
+    const auto box = mot::to_cxcywh(row.box);
+    const double height = box.height / kShare, width = height * kPicture.width / kPicture.height;
+    const cv::Rect cut(cv::Point(static_cast<int>(box.cx - 1 - width / 2),
+                                 static_cast<int>(box.cy - 1 - height / 2)),
+                       cv::Size(static_cast<int>(width), static_cast<int>(height)));
+    if (!alone || (cut & cv::Rect(cv::Point(0, 0), frame.size())) != cut) continue;
+    tall.pictures.emplace_back();
+    cv::resize(frame(cut), tall.pictures.back(), kPicture, 0, 0, cv::INTER_CUBIC);
+    const double zoom = kPicture.height / height;
+    tall.boxes.push_back({(row.box.left - 1 - cut.x) * zoom + 1,
+                          (row.box.top - 1 - cut.y) * zoom + 1, row.box.width * zoom,
+                          row.box.height * zoom});
+  }
+  return tall;
+}
+
+// In how many of them the best box is the person's.
+int found(const TallPeople& tall, const fs::path& folder) {
+  fs::create_directories(folder / "tall");
+  for (std::size_t i = 0; i < tall.pictures.size(); ++i) {
+    cv::imwrite((folder / "tall" / (std::to_string(i + 1) + ".png")).string(), tall.pictures[i]);
+  }
+  const auto detected =
+      run_sdmt({"detect", folder / "tall", "--detector", "hog", "--output", folder / "tall.txt"});
+  EXPECT_EQ(detected.exit_code, 0) << detected.err;
+  const auto file = mot::DetectionFile::read(folder / "tall.txt");
+  int count = 0;
+  for (std::size_t i = 0; i < tall.boxes.size(); ++i) {
+    const auto boxes = file.frame(static_cast<int>(i) + 1);
+    const auto best = std::max_element(
+        boxes.begin(), boxes.end(), [](const auto& a, const auto& b) { return a.score < b.score; });
+    count += best != boxes.end() && mot::iou(best->box, tall.boxes[i]) > 0.5 ? 1 : 0;
+  }
+  return count;
+}
+
+// Nobody taller than three quarters of the picture was found before.
+TEST_F(PeopleDetector, FindsDrawnPeopleWhoFillThePicture) {
+  const auto tall = enlarge_people(drawn_walkers(24), 8, 60);
+  ASSERT_GE(tall.boxes.size(), 3u);
+  EXPECT_GE(found(tall, folder_.path()), 0.6 * static_cast<double>(tall.boxes.size()))
+      << tall.boxes.size();
+}
+
+TEST_F(PeopleDetector, FindsRealPeopleWhoFillThePicture) {
+  const fs::path pets = fs::path(SDMT_DATA_DIR) / "mot15/PETS09-S2L1";
+  if (!fs::exists(pets)) GTEST_SKIP() << pets << " is not there";
+  const auto tall = enlarge_people(pets, 100, 60);
+  ASSERT_GE(tall.boxes.size(), 8u);
+  EXPECT_GE(found(tall, folder_.path()), 0.8 * static_cast<double>(tall.boxes.size()))
+      << tall.boxes.size();
 }
 
 }  // namespace

@@ -103,10 +103,6 @@ TEST_F(MotFile, NamesFileLineColumnAndValue) {
       {"frame,id,x,y,w,h,score", ":1: frame is 'frame', expected a number"},
       {"1,-1,1,1,5,5", ":1: score is missing"},
       {"1", ":1: id is missing"},
-      {"1 -1 1 1 5 5 1",
-       ":1: frame is '1 -1 1 1 5 5 1', expected a number (columns are separated by commas, "
-       "decimals "
-       "by a point)"},
       {"1;-1;1,5;1;5;5;1",
        ":1: frame is '1;-1;1', expected a number (columns are separated by "
        "commas, decimals by a point)"},

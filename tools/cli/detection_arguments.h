@@ -14,10 +14,17 @@ struct DetectionArguments {
   std::string detections;  ///< boxes that somebody else made, or "hog"
   std::string detector;    ///< "hog" or the file of a network
   pipeline::DetectorOptions options;
+  mot::DetectionReading reading;
+  std::string every;  ///< frames between two looks of the detector, or "auto"; empty: all frames
 
   /// For the frames of `input`. Throws std::invalid_argument when both are given, and as
   /// pipeline::open_detector() and pipeline::open_detection_source().
   std::unique_ptr<pipeline::DetectionSource> open(const std::string& input) const;
+
+ private:
+  // The detector as `every` says.
+  std::unique_ptr<pipeline::DetectionSource> sparse(
+      std::unique_ptr<pipeline::DetectionSource> source, const std::string& input) const;
 };
 
 /// Adds --detector and what detectors are told.

@@ -50,8 +50,9 @@ struct TrackCommand {
   // Throws when an output cannot be written.
   void check_outputs(const pipeline::DetectionSource& boxes) const;
   // Throws when the sequence has no images and something needs them.
-  void check_images(const pipeline::FrameSource& frames,
-                    const pipeline::DetectionSource& boxes) const;
+  void check_images(const pipeline::FrameSource& frames, pipeline::DetectionSource& boxes) const;
+  // Throws when the boxes bring embeddings along that cannot be used as the options say.
+  void check_embeddings(pipeline::DetectionSource& boxes) const;
   void report(const pipeline::RunReport& report) const;
 };
 
@@ -117,15 +118,29 @@ void TrackCommand::check_outputs(const pipeline::DetectionSource& boxes) const {
                         {"--explain", explain}});
 }
 
+void TrackCommand::check_embeddings(pipeline::DetectionSource& boxes) const {
+  if (!tracker.uses_appearance() || boxes.descriptor() == nullptr) return;
+  if (!tracker.options.appearance.tau_a) {
+    throw std::invalid_argument(
+        "the boxes bring embeddings along, whose threshold is not known: expected --tau-a T (two "
+        "are one person when 1 - distance exceeds T), or --no-appearance");
+  }
+  if (tracker.options.boosting.enabled) {
+    throw std::invalid_argument(
+        "--boosting looks for people by our own network, and the boxes bring embeddings of another "
+        "along; expected one of the two");
+  }
+}
+
 void TrackCommand::check_images(const pipeline::FrameSource& frames,
-                                const pipeline::DetectionSource& boxes) const {
+                                pipeline::DetectionSource& boxes) const {
   if (frames.has_images()) return;
   if (boxes.needs_images()) {
     throw std::invalid_argument(input +
                                 ": the sequence has no frames, and the people detector "
                                 "looks at them; give --detections FILE");
   }
-  if (tracker.uses_appearance()) {
+  if (tracker.uses_appearance() && boxes.descriptor() == nullptr) {
     throw std::invalid_argument(input +
                                 ": the sequence has no frames, and appearance looks at "
                                 "them; track by motion with --no-appearance");
@@ -152,6 +167,7 @@ void TrackCommand::run() const {
   track::TrackerOptions options = tracker.options;
   options.validate();
   check_images(*frames, *boxes);
+  check_embeddings(*boxes);
   check_outputs(*boxes);
   for (const auto& note : frames->notes()) warn(note);
   if (!boxes->file().empty() && !frames->numbering().empty()) warn(frames->numbering());
@@ -161,8 +177,9 @@ void TrackCommand::run() const {
   const std::string odd = boxes->implausibility(sequence.width, sequence.height);
   if (!odd.empty()) warn(boxes->file().string() + ": " + odd);
 
-  const auto appearance = tracker.load_appearance(warn);
-  track::Tracker engine(options, appearance.get());
+  const bool given = tracker.uses_appearance() && boxes->descriptor() != nullptr;
+  const auto loaded = given ? nullptr : tracker.load_appearance(warn);
+  track::Tracker engine(options, given ? boxes->descriptor() : loaded.get());
   Outputs outputs(*this, *frames, engine);
 
   pipeline::RunReport run;
@@ -177,13 +194,13 @@ void TrackCommand::run() const {
     observers.warning = warn;
     observers.stop = [&] { return stop.requested(); };
     observers.unreadable = &outputs.unreadable();
-    const bool images = appearance != nullptr || outputs.need_images();
+    const bool images = loaded != nullptr || outputs.need_images();
     run = pipeline::run_sequence(*frames, *boxes, engine, images, observers);
   }
   outputs.commit(run);
   report(run);
   if (run.failure != nullptr) std::rethrow_exception(run.failure);
-  if (stop.requested()) return;
+  if (stop.requested() || run.boxes_ended) return;
   if (frames->endless() || (run.ended_early && !frames->repeatable())) {
     throw std::runtime_error(
         fmt::format("{}: gives no more frames; the {} that it gave are written",

@@ -6,6 +6,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sdmt/mot/box.h"
@@ -43,15 +44,34 @@ struct ResultRow {
   int category = -1;  ///< the eighth column, whole part; -1 where the file has none
 };
 
+class ClassFilter;
+
+/// A detection of a frame, with its vector where it came with one.
+struct DetectionRow {
+  int frame = 1;
+  Detection detection;
+  std::vector<float> embedding;
+};
+
 /// Rows frame,id,left,top,width,height,score[,...]: what a detector found in a sequence. Takes
 /// memory by rows, whatever the frame numbers.
 class DetectionFile {
  public:
   DetectionFile() = default;
-  static DetectionFile read(const std::filesystem::path& path);
+  /// Columns may also be separated by blanks or tabs. `frame_offset` is added to every frame;
+  /// `classes`: by the eighth column, only where it is given.
+  static DetectionFile read(const std::filesystem::path& path, int frame_offset = 0,
+                            const ClassFilter* classes = nullptr);
+  /// Rows in any order of frames; all have an embedding of one length, or none has. Throws
+  /// std::invalid_argument, beginning with `name`, for more than 10 million frames between two.
+  static DetectionFile from_rows(std::vector<DetectionRow> rows, const std::string& name);
 
   /// Boxes of one frame in file order; empty where the file has none. Any `frame` is allowed.
   std::span<const Detection> frame(int frame) const;
+  /// Their vectors, dimension() values each, in the same order; empty without.
+  std::span<const float> embeddings(int frame) const;
+  /// Values of an embedding; 0 where boxes came without.
+  int dimension() const { return dimension_; }
   /// All boxes by frame.
   std::span<const Detection> detections() const { return detections_; }
   /// Largest frame number, 0 when the file is empty.
@@ -70,7 +90,12 @@ class DetectionFile {
   const std::map<int, std::size_t>& classes() const { return classes_; }
 
  private:
+  // Where a frame's detections are: first and number.
+  std::pair<std::size_t, std::size_t> range(int frame) const;
+
   std::vector<Detection> detections_;
+  std::vector<float> embeddings_;  // [detections, dimension]
+  int dimension_ = 0;
   std::vector<int> frames_;         // those that have detections, ascending
   std::vector<std::size_t> first_;  // index of the first detection of each of them
   int columns_ = 0;

@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "sdmt/image/crop_descriptor.h"
 #include "sdmt/mot/detection.h"
+#include "sdmt/mot/detection_formats.h"
 #include "sdmt/pipeline/frame_source.h"
 #include "sdmt/pipeline/hog_options.h"
 #include "sdmt/pipeline/network_options.h"
@@ -39,12 +41,12 @@ class DetectionSource {
   virtual std::string implausibility(int /*width*/, int /*height*/) const { return {}; }
   /// The scores that it will give; nullopt when they are probabilities, or there are none.
   virtual std::optional<ScoreRange> score_range() const { return std::nullopt; }
+  /// What tells people apart by the vectors that came with the boxes of the frame detected last;
+  /// nullptr where none come.
+  virtual image::CropDescriptor* descriptor() { return nullptr; }
+  /// Whether boxes that come live have come to their end.
+  virtual bool ended() const { return false; }
 };
-
-/// `spec` is "hog" (HogDetector) or the name of a detection file (mot::DetectionFile). Throws
-/// std::invalid_argument as these.
-std::unique_ptr<DetectionSource> open_detection_source(const std::string& spec,
-                                                       const HogOptions& hog = {});
 
 /// What a detector of either kind is told.
 struct DetectorOptions {
@@ -55,6 +57,12 @@ struct DetectorOptions {
 /// `detector` is "hog" (HogDetector) or the file of a network (NetworkDetector). Throws as these.
 std::unique_ptr<DetectionSource> open_detector(const std::string& detector,
                                                const DetectorOptions& options = {});
+
+/// `spec` is "hog" (HogDetector), "-" (LiveDetections from standard input), or a file or folder of
+/// boxes (mot::read_detections()). Throws std::invalid_argument as these.
+std::unique_ptr<DetectionSource> open_detection_source(const std::string& spec,
+                                                       const HogOptions& hog = {},
+                                                       const mot::DetectionReading& reading = {});
 
 /// What open_detection_source() takes where nobody said otherwise: the det/det.txt of a MOT
 /// sequence that has one, else "hog".

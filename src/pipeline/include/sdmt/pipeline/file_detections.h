@@ -8,6 +8,7 @@
 #include "sdmt/mot/mot_file.h"
 #include "sdmt/mot/plausibility.h"
 #include "sdmt/pipeline/detection_source.h"
+#include "sdmt/pipeline/given_embeddings.h"
 
 namespace sdmt::pipeline {
 
@@ -20,6 +21,7 @@ class FileDetections : public DetectionSource {
 
   std::vector<mot::Detection> detect(const Frame& frame) override {
     const auto boxes = file_.frame(frame.number);
+    if (file_.dimension() > 0) embeddings_.set(boxes, file_.embeddings(frame.number));
     return {boxes.begin(), boxes.end()};
   }
   std::string implausibility(int width, int height) const override {
@@ -28,10 +30,14 @@ class FileDetections : public DetectionSource {
   int last_frame() const override { return file_.last_frame(); }
   std::filesystem::path file() const override { return path_; }
   std::optional<ScoreRange> score_range() const override;
+  image::CropDescriptor* descriptor() override {
+    return file_.dimension() > 0 ? &embeddings_ : nullptr;
+  }
 
  private:
   mot::DetectionFile file_;
   std::filesystem::path path_;
+  GivenEmbeddings embeddings_;
 };
 
 }  // namespace sdmt::pipeline

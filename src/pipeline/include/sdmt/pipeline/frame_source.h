@@ -49,10 +49,20 @@ class FrameSource {
 
 /// `input` is a MOTChallenge sequence folder (with seqinfo.ini), a folder of images (in natural
 /// order: 2.jpg before 10.jpg), a video file, "camera:N", or a stream's URL (rtsp://, http://,
-/// ...). Videos are decoded by FFmpeg; opening or waiting for a frame takes 10 seconds at most.
-/// Throws std::invalid_argument when there is no such input, it holds no frames or is no video,
+/// ...), or "-": frames without images and without an end, for boxes that come live. Videos are
+/// decoded by FFmpeg; opening or waiting for a frame takes 10 seconds at most. Throws
+/// std::invalid_argument when there is no such input, it holds no frames or is no video,
 /// std::runtime_error when a camera or stream does not answer.
 std::unique_ptr<FrameSource> open_frame_source(const std::string& input);
+
+/// Width and height of an input's images, pixels: what seqinfo.ini states, else those of the first
+/// image that can be read; 0 and 0 where there is none, or the input cannot be opened a second
+/// time.
+struct PictureSize {
+  int width = 0;
+  int height = 0;
+};
+PictureSize picture_size(const std::string& input);
 
 /// An input as messages name it: the user, password and query of a URL are replaced by "***".
 std::string display_name(const std::string& input);

@@ -24,8 +24,11 @@ namespace sdmt::pipeline {
 /// about the share of true boxes. It then silences all that share more than 0.6 of the smaller of
 /// the two boxes, for windows around two people or around a leg (Dollar et al., Integral Channel
 /// Features, BMVC 2009, addendum), and the next strongest follows. Overlaps are those of the boxes
-/// that people take in the windows. scripts/fit-hog.py fits shares and score on half of
-/// PETS09-S2L1; what the other half says is in docs/tracking.md.
+/// that people take in the windows. OpenCV tries no window that is larger than the picture, of
+/// which a person fills three quarters; for those who are taller the picture is searched once more,
+/// small, with a quarter of its height added on all sides, in the colours of its border.
+/// scripts/fit-hog.py fits shares and score on half of PETS09-S2L1; what the other half says is in
+/// docs/tracking.md.
 class HogDetector : public DetectionSource {
  public:
   /// Throws as HogOptions::validate().

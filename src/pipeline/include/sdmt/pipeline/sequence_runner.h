@@ -21,6 +21,8 @@ struct RunReport {
   /// What the source of detections threw: the input ends there as at its last frame, and what
   /// came before is finished. nullptr when nothing did.
   std::exception_ptr failure;
+  /// Boxes that came live ended, and frames without an end with them.
+  bool boxes_ended = false;
   double detect_seconds = 0;  ///< in the source of detections
   double total_seconds = 0;   ///< of wall time, everything included
 

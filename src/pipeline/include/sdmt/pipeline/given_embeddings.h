@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sdmt/image/crop_descriptor.h"
+#include "sdmt/mot/detection.h"
+
+namespace sdmt::pipeline {
+
+/// The appearance that boxes bring along: vectors of length 1 that somebody else's network made of
+/// them. Crops are told apart by where they are; one that is none of the boxes has no vector, so
+/// boosting finds nothing. The images of the crops are not looked at.
+class GivenEmbeddings : public image::CropDescriptor {
+ public:
+  /// The boxes of the next frame and their vectors, [boxes, dimension].
+  void set(std::span<const mot::Detection> boxes, std::span<const float> vectors);
+
+  std::string name() const override { return "given embeddings"; }
+  int dimension() const override { return dimension_; }
+  /// Not known: it belongs to the network that made them.
+  std::optional<double> tau_a() const override { return std::nullopt; }
+  void describe(std::span<const image::Crop> crops, image::DescriptorRows& out) override;
+
+ private:
+  int dimension_ = 0;
+  std::vector<image::PixelRect> rects_;
+  std::vector<float> vectors_;
+};
+
+}  // namespace sdmt::pipeline
