@@ -26,9 +26,9 @@ std::optional<DetectionFormat> parse_detection_format(std::string_view name);
 
 /// How a file is to be read.
 struct DetectionReading {
-  std::optional<DetectionFormat> format;  ///< default: recognise_format()
+  std::optional<DetectionFormat> format{};  ///< default: recognise_format()
   /// What is wanted, in formats that say what a box shows; in MOT files only when asked for.
-  std::optional<ClassFilter> classes;
+  std::optional<ClassFilter> classes{};
   int frame_offset = 0;  ///< added to every frame number
   int width = 0;         ///< of the picture, pixels; yolo needs it
   int height = 0;
