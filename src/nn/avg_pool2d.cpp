@@ -25,7 +25,7 @@ Shape AvgPool2d::output_shape(Shape in) const {
   return {in.n, in.h / options_.kernel_height, in.w / options_.kernel_width, in.c};
 }
 
-void AvgPool2d::forward(const Tensor& x, Tensor& y, Mode /*mode*/) {
+void AvgPool2d::infer(const Tensor& x, Tensor& y) const {
   const Shape in = x.shape();
   const Shape out = output_shape(in);
   y.resize(out);

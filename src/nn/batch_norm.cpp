@@ -46,12 +46,20 @@ Shape BatchNorm::output_shape(Shape in) const {
   return in;
 }
 
-void BatchNorm::forward(const Tensor& x, Tensor& y, Mode mode) { forward(x, y, mode, false); }
-
-void BatchNorm::forward(const Tensor& x, Tensor& y, Mode mode, bool relu) {
+void BatchNorm::infer(const Tensor& x, Tensor& y) const {
   output_shape(x.shape());
-  if (mode == Mode::training) move_to_batch(x);
-  ChannelAffine steps = affine(mode == Mode::training ? *batch_ : running_statistics());
+  channel_affine(x, affine(running_statistics()), y);
+}
+
+void BatchNorm::forward(const Tensor& x, Tensor& y, Mode mode) {
+  if (mode == Mode::inference) return infer(x, y);
+  train(x, y, false);
+}
+
+void BatchNorm::train(const Tensor& x, Tensor& y, bool relu) {
+  output_shape(x.shape());
+  move_to_batch(x);
+  ChannelAffine steps = affine(*batch_);
   steps.relu = relu;
   channel_affine(x, steps, y);
 }

@@ -36,6 +36,10 @@ void Conv2d::reset_parameters(Random& random) {
 
 Shape Conv2d::output_shape(Shape in) const { return convolution_->output_shape(in); }
 
+void Conv2d::infer(const Tensor& x, Tensor& y) const {
+  convolution_->forward(x, {}, Mode::inference, y);
+}
+
 void Conv2d::forward(const Tensor& x, Tensor& y, Mode mode) {
   convolution_->forward(x, {}, mode, y);
 }

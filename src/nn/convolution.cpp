@@ -61,7 +61,8 @@ Shape Convolution::output_shape(Shape in) const {
   return {in.n, extent(in.h), extent(in.w), options_.out_channels};
 }
 
-void Convolution::forward(const Tensor& x, ConvolutionEpilogue epilogue, Mode mode, Tensor& y) {
+void Convolution::forward(const Tensor& x, ConvolutionEpilogue epilogue, Mode mode,
+                          Tensor& y) const {
   const Shape out = output_shape(x.shape());
   if (epilogue.max_pool) MaxPool2d().output_shape(out);  // throws when there is nothing to pool
   epilogue.bias = bias();
@@ -71,7 +72,7 @@ void Convolution::forward(const Tensor& x, ConvolutionEpilogue epilogue, Mode mo
     Tensor before_pool;
     epilogue.max_pool = false;
     forward(x, epilogue, mode, before_pool);
-    MaxPool2d().forward(before_pool, y, Mode::inference);
+    MaxPool2d().infer(before_pool, y);
   } else if (algorithm() == Algorithm::rgb) {
     rgb_convolution(x, {weight_, bias(), options_.stride}, epilogue.relu, y);
   } else {
@@ -86,7 +87,7 @@ bool Convolution::can_follow(const Convolution& first) const {
 }
 
 void Convolution::forward_after(const Convolution& first, const Tensor& x,
-                                ConvolutionEpilogue epilogue, Tensor& y) {
+                                ConvolutionEpilogue epilogue, Tensor& y) const {
   const Shape out = output_shape(first.output_shape(x.shape()));
   if (epilogue.max_pool) MaxPool2d().output_shape(out);
   epilogue.bias = bias();
@@ -94,14 +95,17 @@ void Convolution::forward_after(const Convolution& first, const Tensor& x,
   winograd_convolution(rows, winograd_weights(out, Mode::inference), epilogue, y);
 }
 
-const WinogradWeights& Convolution::winograd_weights(Shape out, Mode mode) {
+const WinogradWeights& Convolution::winograd_weights(Shape out, Mode mode) const {
   // Training takes the tiles of 4x4: its weights change with every step, and larger ones make more
   // of them.
   const WinogradTileSize tile =
       mode == Mode::training ? WinogradTileSize() : fastest_winograd_tile(out.h, out.w);
-  WinogradWeights& weights = tile == WinogradTileSize() ? winograd_training_ : winograd_inference_;
-  if (weights.empty() || weights.tile() != tile) weights.set(weight_, tile);
-  return weights;
+  const std::scoped_lock lock(making_weights_);
+  auto weights = std::find_if(winograd_weights_.begin(), winograd_weights_.end(),
+                              [&](const WinogradWeights& made) { return made.tile() == tile; });
+  if (weights == winograd_weights_.end()) weights = winograd_weights_.emplace(weights);
+  if (weights->empty()) weights->set(weight_, tile);
+  return *weights;
 }
 
 void Convolution::forward_im2col(const Tensor& x, const ConvolutionEpilogue& epilogue,
@@ -187,8 +191,7 @@ void Convolution::input_gradient_im2col(const Tensor& x, const Tensor& dy, Tenso
 }
 
 void Convolution::weights_changed() {
-  winograd_training_.clear();
-  winograd_inference_.clear();
+  for (WinogradWeights& weights : winograd_weights_) weights.clear();
   winograd_transposed_.clear();
 }
 

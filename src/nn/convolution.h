@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <list>
+#include <mutex>
+
 #include "kernels/convolution_epilogue.h"
 #include "kernels/winograd.h"
 #include "sdmt/nn/conv2d.h"
@@ -12,7 +15,7 @@ namespace sdmt::nn {
 ///
 /// 3x3 convolutions of stride 1 and padding 1 run by Winograd's minimal filtering, those of three
 /// channels directly, all others by a matrix product. Training takes tiles of 4x4, inference 8x8
-/// where they save multiplications.
+/// where they save multiplications. What is const may run in several threads at once.
 class Convolution {
  public:
   /// The tensors must outlive it. `bias` is empty when there is none.
@@ -23,13 +26,13 @@ class Convolution {
 
   /// The convolution with its bias, then what `epilogue` has besides. Values are those of the
   /// separate layers.
-  void forward(const Tensor& x, ConvolutionEpilogue epilogue, Mode mode, Tensor& y);
+  void forward(const Tensor& x, ConvolutionEpilogue epilogue, Mode mode, Tensor& y) const;
   /// Whether forward_after() is made for this convolution on that one.
   bool can_follow(const Convolution& first) const;
   /// forward() in inference on the result of `first` with a ReLU, which is made where it is needed
   /// and never stored whole.
   void forward_after(const Convolution& first, const Tensor& x, ConvolutionEpilogue epilogue,
-                     Tensor& y);
+                     Tensor& y) const;
 
   /// Adds dL/dweight and dL/dbias; each may be null.
   void add_parameter_gradients(const Tensor& x, const Tensor& dy, float* weight, float* bias);
@@ -43,7 +46,7 @@ class Convolution {
   enum class Algorithm { winograd, rgb, im2col };
   Algorithm algorithm() const;
   const float* bias() const { return bias_.empty() ? nullptr : bias_.data(); }
-  const WinogradWeights& winograd_weights(Shape out, Mode mode);
+  const WinogradWeights& winograd_weights(Shape out, Mode mode) const;
   void forward_im2col(const Tensor& x, const ConvolutionEpilogue& epilogue, Tensor& y) const;
   void weight_gradient_im2col(const Tensor& x, const Tensor& dy, float* gradient) const;
   void input_gradient_im2col(const Tensor& x, const Tensor& dy, Tensor& dx) const;
@@ -51,9 +54,9 @@ class Convolution {
   Conv2dOptions options_;
   const Tensor& weight_;
   const Tensor& bias_;
-  // Made when first needed: for forward, and for the gradient of x.
-  WinogradWeights winograd_training_;   // tiles of 4x4
-  WinogradWeights winograd_inference_;  // of the tile for the last map, unless that is 4x4
+  // Made when first needed: for forward, one for each tile, and for the gradient of x.
+  mutable std::mutex making_weights_;
+  mutable std::list<WinogradWeights> winograd_weights_;  // never move: others read them
   WinogradWeights winograd_transposed_;
 };
 

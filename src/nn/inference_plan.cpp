@@ -61,7 +61,7 @@ std::size_t InferencePlan::add_step(const std::vector<Layer*>& layers, std::size
   MaxPool2d* pool = nullptr;
   Step step{.by_image = true};
   if (next(conv)) {
-    step.convolution = next(norm) ? fold(*conv, *norm) : conv->convolution_.get();
+    step.convolution = next(norm) ? folded(*conv, *norm) : conv->convolution_.get();
     step.relu = next(relu);
     step.max_pool = step.relu && next(pool);
     if (step.relu && !steps_.empty()) {
@@ -84,7 +84,7 @@ std::size_t InferencePlan::add_step(const std::vector<Layer*>& layers, std::size
   return i - begin;
 }
 
-Convolution* InferencePlan::fold(Conv2d& convolution, BatchNorm& norm) {
+Convolution* InferencePlan::folded(Conv2d& convolution, BatchNorm& norm) {
   folded_.push_back(std::make_unique<Folded>(convolution, norm));
   return &folded_.back()->convolution;
 }
@@ -98,7 +98,7 @@ Shape InferencePlan::Step::output_shape(Shape in) const {
 void InferencePlan::Step::run(const Tensor& x, Tensor& y) const {
   const ConvolutionEpilogue epilogue{.relu = relu, .max_pool = max_pool};
   if (layer != nullptr) {
-    layer->forward(x, y, Mode::inference);
+    layer->infer(x, y);
   } else if (before != nullptr) {
     convolution->forward_after(*before, x, epilogue, y);
   } else {
@@ -106,11 +106,13 @@ void InferencePlan::Step::run(const Tensor& x, Tensor& y) const {
   }
 }
 
-const Tensor& InferencePlan::run(const Tensor& x) {
-  if (!folded_current_) {
-    for (const auto& folded : folded_) folded->update();
-    folded_current_ = true;
-  }
+void InferencePlan::fold() {
+  if (folded_current_) return;
+  for (const auto& folded : folded_) folded->update();
+  folded_current_ = true;
+}
+
+const Tensor& InferencePlan::run(const Tensor& x, InferenceWorkspace& workspace) const {
   // Convolutions and what follows them work on each image alone: a few images at a time pass
   // through all of them, so that a layer finds in the caches what the last one left there. Fully
   // connected layers need the whole batch, to read their weights once.
@@ -125,22 +127,23 @@ const Tensor& InferencePlan::run(const Tensor& x) {
   }
   const int group = static_cast<int>(std::max<std::size_t>(1, kGroupValues / largest));
   const int groups = (x.shape().n + group - 1) / group;
-  if (groups <= 1 || by_image <= 1) return run_steps(x, 0, steps_.size(), nullptr);
-  joined_.resize(shape);
+  if (groups <= 1 || by_image <= 1) return run_steps(x, 0, steps_.size(), workspace, nullptr);
+  workspace.joined.resize(shape);
   for (int i = 0; i < groups; ++i) {
     const int begin = static_cast<int>(std::int64_t{i} * x.shape().n / groups);
     const int count = static_cast<int>((i + std::int64_t{1}) * x.shape().n / groups) - begin;
-    Tensor result = joined_.images(begin, count);
-    run_steps(x.images(begin, count), 0, by_image, &result);
+    Tensor result = workspace.joined.images(begin, count);
+    run_steps(x.images(begin, count), 0, by_image, workspace, &result);
   }
-  return run_steps(joined_, by_image, steps_.size(), nullptr);
+  return run_steps(workspace.joined, by_image, steps_.size(), workspace, nullptr);
 }
 
 const Tensor& InferencePlan::run_steps(const Tensor& x, std::size_t first, std::size_t end,
-                                       Tensor* result) {
+                                       InferenceWorkspace& workspace, Tensor* result) const {
+  Tensor* const results = workspace.results;
   const Tensor* from = &x;
   for (std::size_t i = first; i < end; ++i) {
-    Tensor* to = from == &buffers_[0] ? &buffers_[1] : &buffers_[0];
+    Tensor* to = from == &results[0] ? &results[1] : &results[0];
     if (result != nullptr && i + 1 == end) to = result;
     steps_[i].run(*from, *to);
     from = to;

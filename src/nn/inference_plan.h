@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "sdmt/nn/inference_workspace.h"
 #include "sdmt/nn/layer.h"
 
 namespace sdmt::nn {
@@ -14,17 +15,21 @@ class Convolution;
 
 /// How layers run one after another in inference: a convolution together with the batch
 /// normalisation, ReLU and MaxPool2d after it, the normalisation folded into a copy of the weights;
-/// and a first convolution of images as the second one reads it.
+/// and a first convolution of images as the second one reads it. Running is const: it may be done
+/// in several threads at once.
 class InferencePlan {
  public:
   /// The layers must outlive the plan.
   explicit InferencePlan(const std::vector<Layer*>& layers);
   ~InferencePlan();
 
-  /// The result is valid until the next call; x itself when there are no layers.
-  const Tensor& run(const Tensor& x);
+  /// Folds the normalisations, unless nothing has changed since. To be called before run().
+  void fold();
   /// To be called after the values of parameters or buffers were changed.
   void parameters_changed() { folded_current_ = false; }
+  /// The result lies in the workspace, where x must not be; it is x itself when there are no
+  /// layers.
+  const Tensor& run(const Tensor& x, InferenceWorkspace& workspace) const;
 
  private:
   struct Folded;
@@ -42,15 +47,14 @@ class InferencePlan {
 
   /// Takes the layers from i on that run as one, and returns how many they are.
   std::size_t add_step(const std::vector<Layer*>& layers, std::size_t i);
-  Convolution* fold(Conv2d& convolution, BatchNorm& norm);
-  /// Runs steps [first, end) between two buffers; the last result goes to `result` if given.
-  const Tensor& run_steps(const Tensor& x, std::size_t first, std::size_t end, Tensor* result);
+  Convolution* folded(Conv2d& convolution, BatchNorm& norm);
+  /// Runs steps [first, end) between two tensors; the last result goes to `result` if given.
+  const Tensor& run_steps(const Tensor& x, std::size_t first, std::size_t end,
+                          InferenceWorkspace& workspace, Tensor* result) const;
 
   std::vector<Step> steps_;
   std::vector<std::unique_ptr<Folded>> folded_;
   bool folded_current_ = false;
-  Tensor buffers_[2];
-  Tensor joined_;  // results of groups of images
 };
 
 }  // namespace sdmt::nn

@@ -63,18 +63,25 @@ Shape InstanceNorm::output_shape(Shape in) const {
   return in;
 }
 
+void InstanceNorm::infer(const Tensor& x, Tensor& y) const { normalise(x, y, nullptr); }
+
 void InstanceNorm::forward(const Tensor& x, Tensor& y, Mode mode) {
+  if (mode == Mode::inference) return infer(x, y);
+  images_.resize(x.shape().n);
+  normalise(x, y, images_.data());
+}
+
+void InstanceNorm::normalise(const Tensor& x, Tensor& y, ChannelStatistics* kept) const {
   output_shape(x.shape());
   y.resize(x.shape());
   const int images = x.shape().n;
-  if (mode == Mode::training) images_.resize(images);
 #pragma omp parallel for schedule(static)
   for (int i = 0; i < images; ++i) {
     const Tensor from = x.images(i, 1);
     Tensor to = y.images(i, 1);
     ChannelStatistics statistics = statistics_of(from, options_.eps);
     channel_affine(from, affine_of(statistics, weight_.value, bias_.value), to);
-    if (mode == Mode::training) images_[i] = std::move(statistics);
+    if (kept != nullptr) kept[i] = std::move(statistics);
   }
 }
 

@@ -17,7 +17,7 @@ double norm(const float* row, std::size_t size) {
 
 }  // namespace
 
-void L2Normalize::forward(const Tensor& x, Tensor& y, Mode) {
+void L2Normalize::infer(const Tensor& x, Tensor& y) const {
   y.resize(x.shape());
   const std::size_t size = x.shape().image_size();
 #pragma omp parallel for schedule(static)

@@ -44,13 +44,19 @@ Shape Linear::output_shape(Shape in) const {
   return {in.n, 1, 1, options_.out_features};
 }
 
+void Linear::infer(const Tensor& x, Tensor& y) const { multiply(x, has_half_weights(), y); }
+
 void Linear::forward(const Tensor& x, Tensor& y, Mode mode) {
+  multiply(x, mode == Mode::inference && has_half_weights(), y);
+}
+
+void Linear::multiply(const Tensor& x, bool half, Tensor& y) const {
   y.resize(output_shape(x.shape()));
   const std::ptrdiff_t in = options_.in_features;
   const std::ptrdiff_t out = options_.out_features;
   const ProductView product = {
       .data = y.data(), .row_stride = out, .bias = options_.bias ? bias_.value.data() : nullptr};
-  if (mode == Mode::inference && has_half_weights()) {
+  if (half) {
     multiply_rows(x.shape().n, x.data(), *half_weights_, product);
   } else {
     require_weights();
@@ -58,8 +64,9 @@ void Linear::forward(const Tensor& x, Tensor& y, Mode mode) {
   }
 }
 
-bool Linear::has_half_weights() {
+bool Linear::has_half_weights() const {
   constexpr std::size_t kFewWeights = 1 << 18;  // they stay in the caches
+  const std::scoped_lock lock(making_half_weights_);
   if (weight_.value.size() > kFewWeights && !half_weights_tried_) half_weights_->set(weight_.value);
   half_weights_tried_ = true;
   return !half_weights_->empty();

@@ -18,7 +18,7 @@ Shape MaxPool2d::output_shape(Shape in) const {
   return {in.n, in.h / 2, in.w / 2, in.c};
 }
 
-void MaxPool2d::forward(const Tensor& x, Tensor& y, Mode) {
+void MaxPool2d::infer(const Tensor& x, Tensor& y) const {
   const Shape in = x.shape();
   const Shape out = output_shape(in);
   y.resize(out);

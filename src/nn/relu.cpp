@@ -5,7 +5,7 @@
 
 namespace sdmt::nn {
 
-void ReLU::forward(const Tensor& x, Tensor& y, Mode) {
+void ReLU::infer(const Tensor& x, Tensor& y) const {
   y.resize(x.shape());
   const auto size = static_cast<std::int64_t>(x.size());
   const float* const from = x.data();

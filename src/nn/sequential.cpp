@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sdmt/nn/sequential.h"
 
+#include <mutex>
 #include <stdexcept>
 #include <utility>
 
@@ -9,7 +10,27 @@
 
 namespace sdmt::nn {
 
-Sequential::Sequential() = default;
+/// The plans of the ranges that were asked for, each made once, by whichever thread comes first.
+class InferencePlans {
+ public:
+  template <typename Layers>
+  const InferencePlan& plan(std::pair<int, int> range, Layers layers) {
+    const std::scoped_lock lock(mutex_);
+    std::unique_ptr<InferencePlan>& plan = plans_[range];
+    if (plan == nullptr) plan = std::make_unique<InferencePlan>(layers(range));
+    plan->fold();
+    return *plan;
+  }
+  void parameters_changed() {
+    for (auto& [range, plan] : plans_) plan->parameters_changed();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::pair<int, int>, std::unique_ptr<InferencePlan>> plans_;
+};
+
+Sequential::Sequential() : inference_plans_(std::make_unique<InferencePlans>()) {}
 Sequential::~Sequential() = default;
 Sequential::Sequential(Sequential&&) noexcept = default;
 Sequential& Sequential::operator=(Sequential&&) noexcept = default;
@@ -22,7 +43,7 @@ Sequential& Sequential::add(std::string name, std::unique_ptr<Layer> layer) {
     }
   }
   entries_.push_back({std::move(name), std::move(layer)});
-  inference_plans_.clear();
+  inference_plans_ = std::make_unique<InferencePlans>();
   training_plans_.clear();
   training_ = nullptr;
   return *this;
@@ -59,20 +80,20 @@ std::vector<Layer*> Sequential::layers_in(Range range) const {
   return layers;
 }
 
-template <typename Plan>
-Plan& Sequential::plan_for(Range range, Plans<Plan>& plans) {
-  std::unique_ptr<Plan>& plan = plans[range];
-  if (plan == nullptr) plan = std::make_unique<Plan>(layers_in(range));
-  return *plan;
+const Tensor& Sequential::infer(const Tensor& x, InferenceWorkspace& workspace, int first,
+                                int last) const {
+  const auto layers = [this](Range range) { return layers_in(range); };
+  return inference_plans_->plan(checked_range(first, last), layers).run(x, workspace);
 }
 
 const Tensor& Sequential::forward(const Tensor& x, Mode mode, int first, int last) {
   const Range range = checked_range(first, last);
   training_ = nullptr;
-  if (mode == Mode::inference) return plan_for(range, inference_plans_).run(x);
-  TrainingPlan& plan = plan_for(range, training_plans_);
-  const Tensor& y = plan.forward(x);
-  training_ = &plan;
+  if (mode == Mode::inference) return infer(x, workspaces_[range], range.first, range.second);
+  std::unique_ptr<TrainingPlan>& plan = training_plans_[range];
+  if (plan == nullptr) plan = std::make_unique<TrainingPlan>(layers_in(range));
+  const Tensor& y = plan->forward(x);
+  training_ = plan.get();
   result_shape_ = y.shape();
   return y;
 }
@@ -110,7 +131,7 @@ std::vector<NamedTensor> Sequential::named_buffers() {
 
 void Sequential::parameters_changed() {
   for (const Entry& entry : entries_) entry.layer->parameters_changed();
-  for (auto& [range, plan] : inference_plans_) plan->parameters_changed();
+  inference_plans_->parameters_changed();
 }
 
 }  // namespace sdmt::nn

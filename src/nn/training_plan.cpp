@@ -43,7 +43,7 @@ void TrainingPlan::run_forward(Step& step, const Tensor& x) {
   if (step.convolution != nullptr) {
     step.convolution->convolution_->forward(x, {.relu = step.relu}, Mode::training, step.result);
   } else if (step.norm != nullptr) {
-    step.norm->forward(x, step.result, Mode::training, step.relu);
+    step.norm->train(x, step.result, step.relu);
   } else {
     step.layer->forward(x, step.result, Mode::training);
   }

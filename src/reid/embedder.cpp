@@ -85,6 +85,11 @@ void require_unit_rows(const nn::Tensor& rows, const std::string& source) {
   }
 }
 
+std::shared_ptr<const Model> released(Model model) {
+  model.network.release_for_inference();
+  return std::make_shared<const Model>(std::move(model));
+}
+
 }  // namespace
 
 void EmbedderOptions::validate() const {
@@ -95,23 +100,26 @@ void EmbedderOptions::validate() const {
 }
 
 Embedder::Embedder(Model model, const EmbedderOptions& options)
+    : Embedder(released(std::move(model)), options) {}
+
+Embedder::Embedder(std::shared_ptr<const Model> model, const EmbedderOptions& options)
     : options_(options), model_(std::move(model)) {
   options_.validate();
-  model_.metadata.preprocessing.validate();
-  const nn::Shape input = model_.network.input_shape(1);
-  const image::Preprocessing& preprocessing = model_.metadata.preprocessing;
+  if (model_ == nullptr) throw std::invalid_argument("Embedder: the model is null");
+  const image::Preprocessing& preprocessing = model_->metadata.preprocessing;
+  preprocessing.validate();
+  const nn::Shape input = model_->network.input_shape(1);
   if (preprocessing.height != input.h || preprocessing.width != input.w) {
     throw std::invalid_argument(
         "preprocessing makes patches of " + std::to_string(preprocessing.height) + " x " +
         std::to_string(preprocessing.width) + ", the network takes " + input.str());
   }
-  cell_ = cell_of(model_.network.description());
-  model_.network.release_for_inference();
+  cell_ = cell_of(model_->network.description());
 }
 
 std::optional<double> Embedder::tau_a() const {
-  if (!model_.metadata.tau_a) return std::nullopt;
-  return model_.metadata.tau_a->value;
+  if (!model_->metadata.tau_a) return std::nullopt;
+  return model_->metadata.tau_a->value;
 }
 
 void Embedder::describe(std::span<const image::Crop> crops, image::DescriptorRows& out) {
@@ -131,14 +139,15 @@ void Embedder::describe(std::span<const image::Crop> crops, image::DescriptorRow
   for (std::size_t piece = 0; piece < pieces; ++piece) {
     const std::size_t first = total * piece / pieces;
     const int count = static_cast<int>(total * (piece + 1) / pieces - first);
-    patches_.resize(model_.network.input_shape(count));
+    patches_.resize(model_->network.input_shape(count));
 #pragma omp parallel for schedule(dynamic)
     for (int i = 0; i < count; ++i) {
       const image::Crop& crop = crops[visible_[first + i]];
-      image::extract_patch(crop.image, crop.rect, model_.metadata.preprocessing, patches_.image(i));
+      image::extract_patch(crop.image, crop.rect, model_->metadata.preprocessing,
+                           patches_.image(i));
     }
-    const nn::Tensor& rows = model_.network.forward(patches_, nn::Mode::inference);
-    require_unit_rows(rows, model_.source);
+    const nn::Tensor& rows = model_->network.infer(patches_, workspace_);
+    require_unit_rows(rows, model_->source);
     for (int i = 0; i < count; ++i) {
       const std::size_t crop = visible_[first + i];
       std::copy_n(rows.image(i), out.dimension, out.row(crop).begin());
@@ -157,12 +166,12 @@ void Embedder::describe_shifted(const image::ImageView& image, const image::Pixe
     CropDescriptor::describe_shifted(image, window, shifts, out);
     return;
   }
-  image::Preprocessing preprocessing = model_.metadata.preprocessing;
+  image::Preprocessing preprocessing = model_->metadata.preprocessing;
   preprocessing.width = cell_ * grid.columns;
   preprocessing.height = cell_ * grid.rows;
   patches_.resize({1, preprocessing.height, preprocessing.width, 3});
   if (!image::extract_patch(image, grid.region, preprocessing, patches_.data())) return;
-  const nn::Tensor& map = model_.network.trunk().forward(patches_, nn::Mode::inference);
+  const nn::Tensor& map = model_->network.trunk().infer(patches_, workspace_.trunk);
 
   const std::size_t most = static_cast<std::size_t>(options_.max_batch);
   const auto channels = static_cast<std::size_t>(map.shape().c);
@@ -181,8 +190,8 @@ void Embedder::describe_shifted(const image::ImageView& image, const image::Pixe
                         static_cast<std::size_t>(y) * image::GridShift::kColumns * channels);
       }
     }
-    const nn::Tensor& rows = model_.network.head().forward(windows_, nn::Mode::inference);
-    require_unit_rows(rows, model_.source);
+    const nn::Tensor& rows = model_->network.head().infer(windows_, workspace_.head);
+    require_unit_rows(rows, model_->source);
     std::copy_n(rows.data(), rows.size(), out.row(first).begin());
   }
   std::fill(out.valid.begin(), out.valid.end(), static_cast<unsigned char>(1));

@@ -110,6 +110,10 @@ void EmbeddingNetwork::initialize(std::uint64_t seed) {
   parameters_changed();
 }
 
+const nn::Tensor& EmbeddingNetwork::infer(const nn::Tensor& patches, Workspace& workspace) const {
+  return head_->infer(trunk_->infer(patches, workspace.trunk), workspace.head);
+}
+
 const nn::Tensor& EmbeddingNetwork::forward(const nn::Tensor& patches, nn::Mode mode) {
   return head_->forward(trunk_->forward(patches, mode), mode);
 }

@@ -22,7 +22,7 @@ class AvgPool2d : public Layer {
 
   std::string_view type() const override { return "AvgPool2d"; }
   Shape output_shape(Shape in) const override;
-  void forward(const Tensor& x, Tensor& y, Mode mode) override;
+  void infer(const Tensor& x, Tensor& y) const override;
   /// Reads neither x nor y.
   void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
 

@@ -42,6 +42,7 @@ class BatchNorm : public Layer {
   Shape output_shape(Shape in) const override;
   /// Throws std::invalid_argument in training mode when a channel has a single value (batch of
   /// one).
+  void infer(const Tensor& x, Tensor& y) const override;
   void forward(const Tensor& x, Tensor& y, Mode mode) override;
   /// Uses the batch statistics of the last forward in training mode. Does not read y.
   void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
@@ -51,7 +52,7 @@ class BatchNorm : public Layer {
  private:
   friend class InferencePlan;  // folds it into the convolution before it
   friend class TrainingPlan;   // runs it together with the ReLU after it
-  void forward(const Tensor& x, Tensor& y, Mode mode, bool relu);
+  void train(const Tensor& x, Tensor& y, bool relu);
   void backward(const Tensor& x, const Tensor& dy, Tensor* dx, bool relu);
   ChannelAffine affine(const ChannelStatistics& statistics) const;
   ChannelStatistics running_statistics() const;

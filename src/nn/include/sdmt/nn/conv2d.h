@@ -52,6 +52,7 @@ class Conv2d : public Layer {
 
   std::string_view type() const override { return "Conv2d"; }
   Shape output_shape(Shape in) const override;
+  void infer(const Tensor& x, Tensor& y) const override;
   void forward(const Tensor& x, Tensor& y, Mode mode) override;
   /// Does not read y.
   void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;

@@ -39,12 +39,14 @@ class InstanceNorm : public Layer {
   std::string_view type() const override { return "InstanceNorm2d"; }
   /// Throws std::invalid_argument for other channels and for a map of a single position.
   Shape output_shape(Shape in) const override;
+  void infer(const Tensor& x, Tensor& y) const override;
   void forward(const Tensor& x, Tensor& y, Mode mode) override;
   /// Uses the statistics of the last forward in training mode. Does not read y.
   void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
   std::vector<Parameter*> parameters() override { return {&weight_, &bias_}; }
 
  private:
+  void normalise(const Tensor& x, Tensor& y, ChannelStatistics* kept) const;
   InstanceNormOptions options_;
   Parameter weight_;
   Parameter bias_;

@@ -13,7 +13,7 @@ class L2Normalize : public Layer {
 
   std::string_view type() const override { return "L2Normalize"; }
   Shape output_shape(Shape in) const override { return in; }
-  void forward(const Tensor& x, Tensor& y, Mode mode) override;
+  void infer(const Tensor& x, Tensor& y) const override;
   void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
 };
 

@@ -45,8 +45,8 @@ enum class Mode { inference, training };
 
 /// One step of a network: y = f(x), with its derivative. Tensors belong to the caller, who keeps x
 /// and y alive between forward() and backward() of the same batch; a layer holds only its
-/// parameters and small scratch memory. Not thread-safe; a layer uses OpenMP inside. Results do not
-/// depend on the number of threads.
+/// parameters and small scratch memory. infer() may run in several threads at once, nothing else
+/// may beside it; a layer uses OpenMP inside. Results do not depend on the number of threads.
 class Layer {
  public:
   virtual ~Layer() = default;
@@ -59,7 +59,9 @@ class Layer {
   virtual Shape output_shape(Shape in) const = 0;
 
   /// Resizes and fills y. x and y are different tensors. Throws as output_shape().
-  virtual void forward(const Tensor& x, Tensor& y, Mode mode) = 0;
+  virtual void infer(const Tensor& x, Tensor& y) const = 0;
+  /// In inference mode infer(); layers that differ in training override it.
+  virtual void forward(const Tensor& x, Tensor& y, Mode /*mode*/) { infer(x, y); }
 
   /// Given dy = dL/dy for the x and y of the last forward(..., Mode::training): adds dL/dparameter
   /// to the grad of every trainable parameter, and, when dx is not null, resizes *dx to x's shape

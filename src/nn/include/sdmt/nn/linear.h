@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 
 #include "sdmt/nn/layer.h"
 #include "sdmt/nn/random.h"
@@ -41,6 +42,7 @@ class Linear : public Layer {
 
   std::string_view type() const override { return "Linear"; }
   Shape output_shape(Shape in) const override;
+  void infer(const Tensor& x, Tensor& y) const override;
   void forward(const Tensor& x, Tensor& y, Mode mode) override;
   /// Does not read y.
   void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
@@ -51,14 +53,16 @@ class Linear : public Layer {
   void release_weights();
 
  private:
-  bool has_half_weights();
+  void multiply(const Tensor& x, bool half, Tensor& y) const;
+  bool has_half_weights() const;
   void require_weights() const;
 
   LinearOptions options_;
   Parameter weight_;
   Parameter bias_;
-  std::unique_ptr<HalfWeights> half_weights_;
-  bool half_weights_tried_ = false;
+  mutable std::mutex making_half_weights_;
+  std::unique_ptr<HalfWeights> half_weights_;  // made when first needed
+  mutable bool half_weights_tried_ = false;
 };
 
 }  // namespace sdmt::nn

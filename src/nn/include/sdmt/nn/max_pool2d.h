@@ -12,7 +12,7 @@ class MaxPool2d : public Layer {
  public:
   std::string_view type() const override { return "MaxPool2d"; }
   Shape output_shape(Shape in) const override;
-  void forward(const Tensor& x, Tensor& y, Mode mode) override;
+  void infer(const Tensor& x, Tensor& y) const override;
   void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
 
  private:

@@ -10,7 +10,7 @@ class ReLU : public Layer {
  public:
   std::string_view type() const override { return "ReLU"; }
   Shape output_shape(Shape in) const override { return in; }
-  void forward(const Tensor& x, Tensor& y, Mode mode) override;
+  void infer(const Tensor& x, Tensor& y) const override;
   /// Does not read x: y tells which values passed. dx and dy may be the same tensor.
   void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
 };

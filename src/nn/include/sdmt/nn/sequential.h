@@ -8,16 +8,18 @@
 #include <utility>
 #include <vector>
 
+#include "sdmt/nn/inference_workspace.h"
 #include "sdmt/nn/layer.h"
 
 namespace sdmt::nn {
 
-class InferencePlan;
+class InferencePlans;
 class TrainingPlan;
 
 /// Layers applied one after another, any sub-range [first, last) of them at a time: last == -1
-/// means all. Owns the layers and the tensors between them, whose memory is reused, so that running
-/// shapes seen before allocates nothing. Not thread-safe.
+/// means all. Owns the layers and, for forward(), the tensors between them, whose memory is reused,
+/// so that running shapes seen before allocates nothing. infer() may run in several threads at
+/// once, nothing else may beside it.
 class Sequential {
  public:
   Sequential();
@@ -39,13 +41,18 @@ class Sequential {
   /// Shape after layers [first, last). Throws as the layers do, or for a range outside the layers.
   Shape output_shape(Shape in, int first = 0, int last = -1) const;
 
+  /// Runs layers [first, last) on x in inference. The result lies in the workspace, where x must
+  /// not be; for an empty range it is x itself.
+  const Tensor& infer(const Tensor& x, InferenceWorkspace& workspace, int first = 0,
+                      int last = -1) const;
   /// Runs layers [first, last) on x. The result belongs to the sequence and holds until its next
   /// forward(); for an empty range it is x itself.
   ///
-  /// inference: a convolution and the BatchNorm, ReLU and MaxPool2d after it run as one, with the
-  /// normalisation folded into its weights, for as many images at a time as the caches hold; only
-  /// two results are in memory at a time. training: every result is kept for backward(), except
-  /// that of a convolution or normalisation followed by ReLU; x must stay alive and unchanged.
+  /// inference: as infer(). A convolution and the BatchNorm, ReLU and MaxPool2d after it run as
+  /// one, with the normalisation folded into its weights, for as many images at a time as the
+  /// caches hold; only two results are in memory at a time. training: every result is kept for
+  /// backward(), except that of a convolution or normalisation followed by ReLU; x must stay alive
+  /// and unchanged.
   const Tensor& forward(const Tensor& x, Mode mode, int first = 0, int last = -1);
 
   /// For the last forward() in training mode: given dy = dL/d(its result), adds to the gradients of
@@ -71,14 +78,11 @@ class Sequential {
   using Range = std::pair<int, int>;
   Range checked_range(int first, int last) const;
   std::vector<Layer*> layers_in(Range range) const;
-  template <typename Plan>
-  using Plans = std::map<Range, std::unique_ptr<Plan>>;  // made when a range is first asked for
-  template <typename Plan>
-  Plan& plan_for(Range range, Plans<Plan>& plans);
 
   std::vector<Entry> entries_;
-  Plans<InferencePlan> inference_plans_;
-  Plans<TrainingPlan> training_plans_;
+  std::unique_ptr<InferencePlans> inference_plans_;
+  std::map<Range, InferenceWorkspace> workspaces_;  // of forward() in inference
+  std::map<Range, std::unique_ptr<TrainingPlan>> training_plans_;
   TrainingPlan* training_ = nullptr;  // of the forward() that awaits its backward()
   Shape result_shape_;                // of that forward()
 };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -21,15 +22,23 @@ struct EmbedderOptions {
 };
 
 /// Turns boxes of images into unit vectors by an embedding network. One path for tracking,
-/// validation and `sdmt embed`. Memory is kept between calls. Not thread-safe; uses OpenMP inside.
+/// validation and `sdmt embed`. Memory is kept between calls. An embedder serves one thread at a
+/// time and uses OpenMP inside; embedders in several threads can share one model:
+///
+///     Embedder first(load_model(path)), second(first.model());
 class Embedder final : public image::CropDescriptor {
  public:
   /// Throws std::invalid_argument when the options or the model's preprocessing are not valid.
   explicit Embedder(Model model, const EmbedderOptions& options = {});
+  /// Throws also when the model is null.
+  explicit Embedder(std::shared_ptr<const Model> model, const EmbedderOptions& options = {});
 
-  const ModelMetadata& metadata() const { return model_.metadata; }
+  /// For more embedders on the same weights. What only training needs has been given up, see
+  /// EmbeddingNetwork::release_for_inference(), when the model was given by value.
+  const std::shared_ptr<const Model>& model() const { return model_; }
+  const ModelMetadata& metadata() const { return model_->metadata; }
   std::string name() const override { return "embedding"; }
-  int dimension() const override { return model_.network.embedding_size(); }
+  int dimension() const override { return model_->network.embedding_size(); }
   /// The threshold that validation stored in the model file.
   std::optional<double> tau_a() const override;
   /// Throws std::runtime_error naming the model when an embedding is not of length 1: hostile
@@ -46,7 +55,8 @@ class Embedder final : public image::CropDescriptor {
 
  private:
   EmbedderOptions options_;
-  Model model_;
+  std::shared_ptr<const Model> model_;
+  EmbeddingNetwork::Workspace workspace_;
   int cell_ = 0;  // input pixels to a position of the map, 0: it has no windows
   nn::Tensor patches_;
   nn::Tensor windows_;                // of the feature map

@@ -16,7 +16,8 @@ namespace sdmt::reid {
 /// The layer that `description` says, for inputs of shape `in`; its weights are 0.
 std::unique_ptr<nn::Layer> make_layer(const LayerDescription& description, const nn::Shape& in);
 
-/// A network that turns patches into unit vectors, built from its description. Not thread-safe.
+/// A network that turns patches into unit vectors, built from its description. infer() may run in
+/// several threads at once, each with a workspace of its own; nothing else may beside it.
 class EmbeddingNetwork {
  public:
   /// All weights and biases are 0 until initialize() is called or a file is loaded. Throws as
@@ -44,12 +45,19 @@ class EmbeddingNetwork {
   /// gives the same weights on any number of threads.
   void initialize(std::uint64_t seed);
 
+  /// What lies between the layers in inference; one for each thread that runs the network.
+  struct Workspace {
+    nn::InferenceWorkspace trunk;
+    nn::InferenceWorkspace head;
+  };
   /// Trunk, then head: [n, height, width, 3] -> [n, 1, 1, embedding_size()], rows of length 1. The
-  /// result is valid until the next call.
+  /// result lies in the workspace.
+  const nn::Tensor& infer(const nn::Tensor& patches, Workspace& workspace) const;
+  /// The same in either mode; the result is valid until the next call.
   const nn::Tensor& forward(const nn::Tensor& patches, nn::Mode mode);
 
   /// Gives up what only training and saving need, where inference has its own copy: with float16
-  /// weights 67 MB of vgg16. Only forward() in inference mode may follow.
+  /// weights 67 MB of vgg16. Only infer(), or forward() in inference mode, may follow.
   void release_for_inference();
 
   /// A parameter or running statistic of the network.

@@ -49,8 +49,8 @@ struct EndedTrack {
 ///   for (const FinishedFrame& done : tracker.finish()) show(done);
 ///
 /// Deterministic: the same calls give the same output for any number of threads. Memory and time a
-/// frame depend on the people of the last seconds, not on how long it runs. Not thread-safe;
-/// trackers do not share anything.
+/// frame depend on the people of the last seconds, not on how long it runs. A tracker and its
+/// appearance model serve one thread at a time; trackers share nothing else.
 class Tracker {
  public:
   /// Without an appearance model the tracker works by motion alone. The model must outlive it.
