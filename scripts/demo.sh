@@ -59,3 +59,12 @@ if $synthetic; then
 fi
 echo
 ls -l demo/tracks.txt demo/tracks.mp4
+cat <<'OWN'
+
+Your own video (a file, a folder of images, camera:0 or an rtsp:// URL):
+
+    build/sdmt track VIDEO --output tracks.txt --render tracks.mp4
+    build/sdmt track --help
+
+To have sdmt on the PATH: cmake --install build (as root; into /usr/local).
+OWN

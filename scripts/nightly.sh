@@ -83,10 +83,13 @@ browser() {
   build/sdmt validate-roc --data $work/reid --model models/sdmt-vgg16.safetensors --baselines \
     --report $work/roc.html
   for page in evaluation ablation roc; do
-    chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking \
-      --disable-component-update --disable-sync --user-data-dir=$work/profile \
-      --window-size=1200,2400 --screenshot=$work/$page.png "file://$PWD/$work/$page.html"
-    test -s $work/$page.png
+    for width in 390 1280; do
+      chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking \
+        --disable-component-update --disable-sync --user-data-dir=$work/profile \
+        --window-size=$width,2400 --screenshot=$work/$page-$width.png \
+        "file://$PWD/$work/$page.html"
+      test -s $work/$page-$width.png
+    done
   done
 }
 
