@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "sdmt/io/first_error.h"
 #include "sdmt/nn/random.h"
 #include "sdmt/reid/market1501.h"
 
@@ -111,11 +112,15 @@ std::vector<float> distances_of(const LabelledEmbeddings& images,
                                 const PairDistance& distance) {
   if (!distance) return euclidean_distances(images, pairs);
   std::vector<float> distances(pairs.size());
+  io::FirstError error;
 #pragma omp parallel for
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    distances[p] =
-        distance(images.embeddings.image(pairs[p].i), images.embeddings.image(pairs[p].j));
+    error.guard([&] {
+      distances[p] =
+          distance(images.embeddings.image(pairs[p].i), images.embeddings.image(pairs[p].j));
+    });
   }
+  error.rethrow();
   return distances;
 }
 
@@ -128,20 +133,25 @@ Roc counted_curve(const LabelledEmbeddings& images, PairSet set, const PairDista
   }
   const auto n = images.pids.size();
   const int dimensions = images.dimensions();
+  io::FirstError error;
 #pragma omp parallel
   {
-    std::vector<std::array<std::int64_t, 2>> own(kBins);
+    std::vector<std::array<std::int64_t, 2>> own;
+    error.guard([&] { own.resize(kBins); });
 #pragma omp for schedule(dynamic, 16)
     for (std::size_t i = 0; i < n; ++i) {
-      for (std::size_t j = i + 1; j < n; ++j) {
-        const auto kind = kind_of(images, set, i, j);
-        if (!kind) continue;
-        const float* a = images.embeddings.image(static_cast<int>(i));
-        const float* b = images.embeddings.image(static_cast<int>(j));
-        const float d = distance ? distance(a, b) : euclidean_distance(a, b, dimensions);
-        const auto bin = std::min(static_cast<int>(d / width), kBins - 1);
-        ++own[bin][*kind == kPositive ? 0 : 1];
-      }
+      if (own.empty()) continue;
+      error.guard([&] {
+        for (std::size_t j = i + 1; j < n; ++j) {
+          const auto kind = kind_of(images, set, i, j);
+          if (!kind) continue;
+          const float* a = images.embeddings.image(static_cast<int>(i));
+          const float* b = images.embeddings.image(static_cast<int>(j));
+          const float d = distance ? distance(a, b) : euclidean_distance(a, b, dimensions);
+          const auto bin = std::min(static_cast<int>(d / width), kBins - 1);
+          ++own[bin][*kind == kPositive ? 0 : 1];
+        }
+      });
     }
 #pragma omp critical
     for (std::size_t b = 0; b < own.size(); ++b) {
@@ -149,6 +159,7 @@ Roc counted_curve(const LabelledEmbeddings& images, PairSet set, const PairDista
       counts[b].negatives += own[b][1];
     }
   }
+  error.rethrow();
   return Roc(std::move(counts));
 }
 

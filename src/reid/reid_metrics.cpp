@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "sdmt/io/first_error.h"
 #include "sdmt/reid/market1501.h"
 
 namespace sdmt::reid {
@@ -75,13 +76,17 @@ std::optional<ReidMetrics> reid_metrics(const LabelledEmbeddings& queries,
     }
   }
   std::vector<QueryScore> scores(queries.pids.size());
+  io::FirstError error;
 #pragma omp parallel for schedule(dynamic)
   for (int q = 0; q < queries.size(); ++q) {
-    const auto right = ranking(queries, q, gallery);
-    const auto hit = std::find(right.begin(), right.end(), true);
-    if (hit == right.end()) continue;
-    scores[q] = {hit - right.begin(), average_precision(right)};
+    error.guard([&] {
+      const auto right = ranking(queries, q, gallery);
+      const auto hit = std::find(right.begin(), right.end(), true);
+      if (hit == right.end()) return;
+      scores[q] = {hit - right.begin(), average_precision(right)};
+    });
   }
+  error.rethrow();
   ReidMetrics metrics;
   for (const QueryScore& score : scores) {
     if (score.first_hit < 0) {

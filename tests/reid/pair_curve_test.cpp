@@ -169,6 +169,14 @@ TEST(PairCurve, TakesAnotherDistance) {
   EXPECT_DOUBLE_EQ(curve.roc.auc(), (0.5 * 2 + 2 + 0.5 * 2) / 8);
 }
 
+TEST(PairCurve, AnErrorOfTheDistanceReachesTheCaller) {
+  const auto images = labelled({{3.0F}, {5.0F}, {4.5F}, {9.0F}}, {1, 1, 2, 2}, {1, 1, 1, 1});
+  const PairDistance fails = [](const float*, const float*) -> float {
+    throw std::runtime_error("no distance");
+  };
+  EXPECT_THROW(pair_curve(images, {}, fails), std::runtime_error);
+}
+
 TEST(HardestPairs, AreTheFarthestOfOneAndTheNearestOfTwoOncePerIdentity) {
   const auto images = labelled({{0.0F}, {0.5F}, {0.9F}, {0.45F}, {0.2F}, {0.7F}},
                                {1, 1, 1, 2, 2, 0}, {1, 1, 1, 1, 1, 1});
