@@ -83,7 +83,7 @@ void add_shared_options(CLI::App& app) {
       ->check(CLI::Range(1, 1024));
 }
 
-// The libraries under us shall neither print nor start threads of their own.
+// The libraries that we use must neither print nor start threads of their own.
 void quiet_opencv() {
   cv::setNumThreads(1);
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);

@@ -81,7 +81,7 @@ class JsonlWriter : public TrackWriter {
     const bool printed =
         std::fwrite(line.data(), 1, line.size(), stdout) == line.size() && std::fflush(stdout) == 0;
     if (printed) return;
-    // SIGPIPE came with it and ends the run; the other outputs shall still become whole.
+    // SIGPIPE came with it and ends the run; the other outputs must still become whole.
     deserted_ = errno == EPIPE;
     if (deserted_) return;
     throw std::runtime_error(std::string("standard output: write failed: ") + std::strerror(errno));

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sdmt/reid/architectures.h"
 
-#include <fstream>
-#include <iterator>
 #include <stdexcept>
+#include <string>
 #include <utility>
+
+#include "sdmt/io/delimited_text.h"
 
 namespace sdmt::reid {
 
@@ -82,13 +83,6 @@ NetworkDescription shipped(const char* text, int height, int width) {
   return network;
 }
 
-NetworkDescription read_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (!file) throw std::invalid_argument(path + ": cannot be read");
-  return parse_network_description(text, path);
-}
-
 }  // namespace
 
 // vgg16 starts its last batch normalisation at gamma 0.15, beta 1: with the usual 1 and 0 two
@@ -101,7 +95,9 @@ NetworkDescription lite(int height, int width) { return shipped(kLite, height, w
 NetworkDescription find_architecture(const std::string& name_or_file) {
   if (name_or_file == "vgg16") return vgg16();
   if (name_or_file == "lite") return lite();
-  if (name_or_file.find_first_of("./") != std::string::npos) return read_file(name_or_file);
+  if (name_or_file.find_first_of("./") != std::string::npos) {
+    return parse_network_description(io::read_text(name_or_file), name_or_file);
+  }
   throw std::invalid_argument("architecture is \"" + name_or_file +
                               "\", expected vgg16, lite or a file such as network.json");
 }

@@ -20,7 +20,7 @@ std::vector<float> sorted(std::span<const float> distances) {
   return result;
 }
 
-// Merges the two sorted classes into one row a distinct distance.
+// Merges the two sorted classes into one row for each distinct distance.
 std::vector<DistanceCount> count(std::span<const float> positives,
                                  std::span<const float> negatives) {
   const auto p = sorted(positives);

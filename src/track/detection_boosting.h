@@ -17,12 +17,11 @@ namespace sdmt::track {
 
 /// Detection boosting (section III-F): looks for people whom the detector missed. Around the
 /// prediction of each positive tracklet without a detection, boosted less than every `interval`
-/// frames, boxes are sampled densely: grid x grid shifts of up to `reach` widths
-/// and heights, in one size or three. They are clipped to the image and all embedded in one batch;
-/// with one_pass those inside the image are embedded by CropDescriptor::describe_shifted(),
-/// size by size, and those that leave it are left out. The one closest in appearance joins the
-/// detections when its affinity is above tau_a by more
-/// than `margin`.
+/// frames, boxes are sampled densely: grid x grid shifts of up to `reach` widths and heights, in
+/// one size or three. They are clipped to the image and all embedded in one batch; with one_pass
+/// those inside the image are embedded by CropDescriptor::describe_shifted(), size by size, and
+/// those that leave it are left out. The one closest in appearance joins the detections when its
+/// affinity is above tau_a by more than `margin`.
 class DetectionBoosting {
  public:
   DetectionBoosting(const BoostingOptions& options, const AppearanceOptions& appearance,

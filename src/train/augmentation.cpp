@@ -244,30 +244,6 @@ image::Image to_image(const Canvas& canvas) {
 
 }  // namespace
 
-void AugmentationOptions::validate() const {
-  const auto check = [](const char* field, double value, double upper) {
-    if (value >= 0 && value <= upper) return;
-    throw std::invalid_argument(std::string(field) + " is " + std::to_string(value) +
-                                ", expected 0.." + std::to_string(upper));
-  };
-  check("flip", flip, 1);
-  check("translate", translate, 0.5);
-  check("scale", scale, 0.5);
-  check("brightness", brightness, 10);
-  check("contrast", contrast, 1);
-  check("tint", tint, 1);
-  check("saturation", saturation, 1);
-  check("grey", grey, 1);
-  check("low_resolution", low_resolution, 1);
-  check("blur", blur, 1);
-  check("erase", erase, 1);
-  check("crop", crop, 1);
-  check("gamma", gamma, 10);
-  check("offset", offset, 1);
-  check("grey_patch", grey_patch, 1);
-  check("noise", noise, 255);
-}
-
 image::Image augment(const image::Image& image, int width, int height,
                      const AugmentationOptions& options, nn::Random& random) {
   const bool mirror = random.uniform() < options.flip;

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -13,12 +12,6 @@ namespace sdmt::train {
 namespace {
 
 constexpr double kDistanceEps = 1e-12;
-
-void require_positive(const char* field, double value, double upper) {
-  if (value > 0 && value <= upper) return;
-  throw std::invalid_argument(std::string(field) + " is " + std::to_string(value) +
-                              ", expected > 0 and <= " + std::to_string(upper));
-}
 
 // All distances, [n, n]; the rows are independent, so threads change nothing.
 template <typename T>
@@ -120,8 +113,8 @@ double embedding_spread(std::span<const T> rows, std::size_t n, std::size_t dim)
 }  // namespace
 
 void BatchHardOptions::validate() const {
-  require_positive("margin", margin, 2.0);
-  require_positive("triplet_scale", triplet_scale, std::numeric_limits<double>::max());
+  io::require_in("margin", margin, kMargin);
+  io::require_in("triplet_scale", triplet_scale, kTripletScale);
 }
 
 template <typename T>

@@ -6,11 +6,12 @@
 #include <string_view>
 
 #include "sdmt/nn/tensor.h"
+#include "sdmt/train/training_set.h"
 
 namespace sdmt::train {
 
 // FNV-1a, 64 bits: tells one choice of data or weights from another, guards against nothing worse.
-inline constexpr std::uint64_t kEmptyHash = 0xcbf29ce484222325ULL;
+inline constexpr std::uint64_t kEmptyHash = TrainingSet::kEmptyFingerprint;
 
 inline void hash_word(std::uint64_t& state, std::uint64_t word) {
   state = (state ^ word) * 0x100000001b3ULL;

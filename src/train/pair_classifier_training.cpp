@@ -5,11 +5,13 @@
 #include <string>
 
 #include "feature_cache.h"
+#include "patches.h"
 #include "random_stream.h"
 #include "sdmt/nn/adam.h"
 #include "sdmt/nn/learning_rate_schedule.h"
 #include "sdmt/reid/validation_auc.h"
 #include "sdmt/train/pair_classifier.h"
+#include "sdmt/train/pk_sampler.h"
 #include "trained_network.h"
 #include "training_configuration.h"
 

@@ -34,12 +34,8 @@ std::vector<int> apportion(int total, const std::vector<double>& weights) {
 }  // namespace
 
 void PkSamplerOptions::validate() const {
-  if (identities < 2) {
-    throw std::invalid_argument("identities is " + std::to_string(identities) + ", expected >= 2");
-  }
-  if (instances < 2) {
-    throw std::invalid_argument("instances is " + std::to_string(instances) + ", expected >= 2");
-  }
+  io::require_in("identities", identities, kIdentities);
+  io::require_in("instances", instances, kInstances);
   double sum = 0;
   for (const double weight : source_weights) {
     if (!(weight >= 0) || !std::isfinite(weight)) {

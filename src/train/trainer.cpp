@@ -16,6 +16,8 @@
 #include "sdmt/nn/sgd.h"
 #include "sdmt/reid/validation_auc.h"
 #include "sdmt/train/configuration.h"
+#include "sdmt/train/pk_sampler.h"
+#include "sdmt/train/trainer_option_table.h"
 #include "trained_network.h"
 #include "training_configuration.h"
 #include "unlabelled_sampler.h"
@@ -24,12 +26,6 @@
 namespace sdmt::train {
 
 namespace {
-
-void require(bool fine, const char* field, double value, const char* expected) {
-  if (fine) return;
-  throw std::invalid_argument(std::string(field) + " is " + to_text(value) + ", expected " +
-                              expected);
-}
 
 PkSamplerOptions sampler_options(const TrainerOptions& options) {
   return {options.identities, options.instances, options.source_weights, options.seed};
@@ -69,18 +65,8 @@ TrainerOptions complete(TrainerOptions options, const reid::EmbeddingNetwork& ne
 }  // namespace
 
 void TrainerOptions::validate() const {
-  loss.validate();
-  augmentation.validate();
+  trainer_option_table().validate(*this);
   sampler_options(*this).validate();
-  require(iterations >= 1, "iterations", static_cast<double>(iterations), ">= 1");
-  require(views >= 0, "views", views, ">= 0");
-  require(learning_rate > 0, "learning_rate", learning_rate, "> 0");
-  require(trunk_lr_scale > 0, "trunk_lr_scale", trunk_lr_scale, "> 0");
-  require(clip_norm > 0, "clip_norm", clip_norm, "> 0");
-  require(teacher_weight > 0, "teacher_weight", teacher_weight, "> 0");
-  require(unlabelled_batch >= 0, "unlabelled_batch", unlabelled_batch, ">= 0");
-  require(average >= 0 && average < 1, "average", average, "a value in [0,1)");
-  require(validate_every >= 1, "validate_every", static_cast<double>(validate_every), ">= 1");
 }
 
 struct Trainer::Run {

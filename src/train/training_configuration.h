@@ -2,7 +2,8 @@
 #pragma once
 
 #include "sdmt/train/configuration.h"
-#include "sdmt/train/trainer.h"
+#include "sdmt/train/trainer_options.h"
+#include "sdmt/train/training_set.h"
 #include "trained_network.h"
 
 namespace sdmt::train {

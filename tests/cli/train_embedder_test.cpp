@@ -127,12 +127,12 @@ TEST_F(TrainEmbedder, BadInputIsNamedAndLeavesNothing) {
   };
   write_file(folder_.path().string() + ".txt", "no model");
   EXPECT_THAT(refusal({"--trunk", folder_.path().string() + ".txt"}), HasSubstr(".txt"));
-  EXPECT_THAT(refusal({"--tie", "8by2"}), HasSubstr("--tie is '8by2'"));
+  EXPECT_THAT(refusal({"--tie", "8by2"}), HasSubstr("--tie: tie is '8by2'"));
   EXPECT_THAT(refusal({"--tie", "5x2"}), HasSubstr("tie is 5x2"));
   EXPECT_THAT(refusal({"--unfreeze", "conv3_1"}), HasSubstr("excludes"));
   EXPECT_THAT(refusal({"--data", empty.path()}), HasSubstr("holds no .jpg or .png image"));
   EXPECT_THAT(refusal({"--data", data_.path() / "missing"}), HasSubstr("missing"));
-  EXPECT_THAT(refusal({"--margin", "-1"}), HasSubstr("margin is -1"));
+  EXPECT_THAT(refusal({"--margin", "-1"}), HasSubstr("--margin: margin is -1"));
   EXPECT_THAT(refusal({"--head", "pair-classifier", "--log", folder_ / "log.csv"}),
               HasSubstr("--log goes with --head metric only"));
   EXPECT_THAT(refusal({"--log", folder_ / "no/log.csv"}), HasSubstr("no/log.csv"));

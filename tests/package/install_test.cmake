@@ -3,17 +3,11 @@
 # Variables: BUILD_DIR, PREFIX.
 cmake_minimum_required(VERSION 3.25)
 
-function(run expected)
-  execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE code)
-  if(NOT code EQUAL 0)
-    message(FATAL_ERROR "failed with ${code}: ${ARGN}\n${output}")
-  endif()
-  if(NOT output MATCHES "${expected}")
-    message(FATAL_ERROR "expected '${expected}' from: ${ARGN}\n${output}")
-  endif()
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
-file(REMOVE_RECURSE ${PREFIX})
+set(WORK_DIR ${PREFIX})
+file(REMOVE_RECURSE ${WORK_DIR})
+file(MAKE_DIRECTORY ${WORK_DIR})
 run("" ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${PREFIX})
 set(sdmt ${PREFIX}/bin/sdmt)
 run("sdmt [0-9.]+" ${sdmt} --version)

@@ -88,7 +88,8 @@ TEST(NetworkDescription, IsFoundByNameOrFile) {
   EXPECT_EQ(message([&] { find_architecture(path.string()); }),
             path.string() + ": is not valid JSON (at byte 2)");
   fs::remove(path);
-  EXPECT_EQ(message([&] { find_architecture(path.string()); }), path.string() + ": cannot be read");
+  EXPECT_EQ(message([&] { find_architecture(path.string()); }),
+            path.string() + ": cannot be opened: No such file or directory");
 }
 
 // The smallest network there is, with one piece of its text replaced.

@@ -9,6 +9,8 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "sdmt/train/trainer_options.h"
+
 namespace sdmt::train {
 namespace {
 
@@ -287,9 +289,9 @@ TEST(Augmentation, TinyImagesWork) {
 }
 
 TEST(Augmentation, OptionsAreChecked) {
-  AugmentationOptions options;
+  TrainerOptions options;
   EXPECT_NO_THROW(options.validate());
-  options.erase = 1.5;
+  options.augmentation.erase = 1.5;
   try {
     options.validate();
     FAIL();
@@ -297,10 +299,10 @@ TEST(Augmentation, OptionsAreChecked) {
     EXPECT_THAT(error.what(), HasSubstr("erase is 1.5"));
   }
   options = {};
-  options.scale = std::nan("");
+  options.augmentation.scale = std::nan("");
   EXPECT_THROW(options.validate(), std::invalid_argument);
   options = {};
-  options.flip = -0.1;
+  options.augmentation.flip = -0.1;
   EXPECT_THROW(options.validate(), std::invalid_argument);
 }
 

@@ -5,11 +5,11 @@
 
 #include <filesystem>
 #include <set>
-#include <stdexcept>
 #include <string_view>
 #include <utility>
 
 #include "cli/shipped_files.h"
+#include "cli/table_option.h"
 #include "sdmt/image/color_histogram.h"
 #include "sdmt/reid/embedder.h"
 #include "sdmt/track/tracker_option_table.h"
@@ -21,31 +21,6 @@ namespace {
 // The options that most users ever need; the help lists the others in a group of their own.
 const std::set<std::string_view> kFrequent{"lambda", "boosting", "association", "delay",
                                            "embed",  "tau-a",    "calibration", "min-confidence"};
-
-void add_table_option(CLI::App& command, track::TrackerOptions& options,
-                      const io::Option<track::TrackerOptions>& entry) {
-  const std::string flag = "--" + entry.name;
-  const auto set = [&options, &entry, flag](const std::string& text) {
-    try {
-      entry.set(options, text);
-      options.validate();  // here, where the option is known by its name
-    } catch (const std::invalid_argument& error) {
-      throw CLI::ValidationError(flag, error.what());
-    }
-  };
-  CLI::Option* option = nullptr;
-  if (entry.is_switch) {
-    option = command.add_flag_function(
-        flag + ",!--no-" + entry.name,
-        [set](std::int64_t count) { set(count > 0 ? "true" : "false"); },
-        entry.help + " [" + entry.shown(options) + "]");
-  } else {
-    option =
-        command.add_option_function<std::string>(flag, set, entry.help + " (" + entry.values + ")");
-    option->type_name("")->default_str(entry.get(options));
-  }
-  option->group(kFrequent.contains(entry.name) ? "Tracker" : "Tracker in detail: " + entry.group);
-}
 
 }  // namespace
 
@@ -61,7 +36,8 @@ void add_tracker_arguments(CLI::App& command, TrackerArguments& arguments) {
   command.add_flag("--no-appearance", arguments.no_appearance,
                    "Motion alone, as --appearance none; frames are then not needed");
   for (const auto& entry : track::tracker_option_table()) {
-    add_table_option(command, arguments.options, entry);
+    add_table_option(command, arguments.options, entry)
+        ->group(kFrequent.contains(entry.name) ? "Tracker" : "Tracker in detail: " + entry.group);
   }
 }
 

@@ -11,7 +11,7 @@
 
 namespace sdmt::tools {
 
-/// Gets what is odd, but no error.
+/// Is told of what is odd but not an error.
 using Warning = std::function<void(const std::string&)>;
 
 /// The tracker as the command line describes it: the tuned preset and what differs from it.

@@ -6,7 +6,8 @@
 #include <string>
 
 #include "sdmt/reid/model_file.h"
-#include "sdmt/train/trainer.h"
+#include "sdmt/train/trainer_options.h"
+#include "sdmt/train/training_set.h"
 
 namespace sdmt::tools {
 
@@ -22,7 +23,8 @@ struct TrainingArguments {
   std::int64_t checkpoint_every = 1000;
 };
 
-/// Adds all options of the command.
+/// Adds all options of the command, an option for every entry of train::trainer_option_table()
+/// among them. `arguments` must live until the command line is parsed.
 void add_training_options(CLI::App& command, TrainingArguments& arguments);
 
 }  // namespace sdmt::tools

@@ -82,7 +82,7 @@ class Outputs {
   void write(const track::FinishedFrame& frame) {
     for (const auto& writer : writers_) writer->write(frame);
   }
-  // The video comes last: it is the one that fails on a full disk, and the others shall be kept.
+  // The video comes last: it is the one that fails on a full disk, and the others are to be kept.
   void commit(const pipeline::RunReport& report) {
     if (explanation_) explanation_->commit();
     if (json_) {

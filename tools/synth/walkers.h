@@ -15,7 +15,7 @@ struct Walker {
   double height = 1.75;  ///< metres
   GroundPoint at;
   GroundPoint goal;
-  double speed = 1.3;  ///< metres a second
+  double speed = 1.3;  ///< metres per second
   double phase = 0;    ///< of the walking cycle, 0..1
   double facing = 0;   ///< as PersonPose
   double rest = 0;     ///< seconds it still stands still

@@ -20,8 +20,8 @@ struct BoxPair {
 struct FrameSimilarities {
   std::vector<int> gt_ids;      ///< in [0, num_gt_ids), each at most once
   std::vector<int> result_ids;  ///< in [0, num_result_ids), each at most once
-  std::vector<BoxPair>
-      overlaps;  ///< by gt, then result; a pair that is not listed has similarity 0
+  /// By gt, then result; a pair that is not listed has similarity 0.
+  std::vector<BoxPair> overlaps;
 };
 
 /// All that CLEAR, Identity and HOTA need to know of a sequence.

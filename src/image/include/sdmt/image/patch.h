@@ -36,10 +36,10 @@ std::optional<PixelRegion> visible_region(int image_width, int image_height, con
 
 /// Writes the network's input for one box: visible_region() of `rect`, stretched bilinearly to
 /// preprocessing.height x preprocessing.width (half-pixel centres, replicated edges, rounded to 8
-/// bits: to the bit what cv2.resize makes of 8-bit pictures with INTER_LINEAR), channels reordered,
-/// scaled and normalised. `out` takes height * width * 3 floats, channels last. Returns false, with
-/// `out` untouched, when there is no visible region or the image is empty. Reads nothing outside
-/// the visible region.
+/// bits: bit for bit the same as cv2.resize with INTER_LINEAR on 8-bit pictures), channels
+/// reordered, scaled and normalised. `out` takes height * width * 3 floats, channels last. Returns
+/// false, with `out` untouched, when there is no visible region or the image is empty. Reads
+/// nothing outside the visible region.
 bool extract_patch(const ImageView& image, const PixelRect& rect,
                    const Preprocessing& preprocessing, float* out);
 

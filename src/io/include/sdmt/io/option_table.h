@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -13,27 +12,28 @@
 #include <vector>
 
 #include "sdmt/io/checked_value.h"
+#include "sdmt/io/range.h"
 
 namespace sdmt::io {
 
-/// The numbers that an option takes. Never NaN.
-struct Range {
-  double low = -std::numeric_limits<double>::infinity();
-  double high = std::numeric_limits<double>::infinity();
-  bool above = false;  ///< low itself is not among them
-  bool below = false;  ///< nor is high
-  bool odd = false;
+/// What an option is called: "lr", and for the field behind it "learning_rate", or the same with
+/// underscores.
+struct OptionName {
+  OptionName(const char* option_name) : option(option_name), field(option_name) {
+    for (char& letter : field) letter = letter == '-' ? '_' : letter;
+  }
+  OptionName(const char* option_name, const char* field_name)
+      : option(option_name), field(field_name) {}
 
-  bool holds(double value) const;
-  /// "0..1", "> 0 and <= 100", ">= 1", "an odd number in 1..31"; "a number" without bounds.
-  std::string text() const;
+  std::string option, field;
 };
 
 /// One value of a struct of options, said once for the command line and its help, config files,
 /// validation, the documentation, and for telling whether two runs had the same options.
 template <typename Options>
 struct Option {
-  std::string name;  ///< in kebab-case, without dashes
+  std::string name;   ///< in kebab-case, without dashes
+  std::string field;  ///< in messages and in files of results
   std::string group;
   std::string help;    ///< one line, without range and default
   std::string values;  ///< what it takes: a range, or words; empty when `help` says it
@@ -43,8 +43,7 @@ struct Option {
   std::function<void(Options&, std::string_view text)> set;
   /// The value as set() takes it, the same text for the same value.
   std::function<std::string(const Options&)> get;
-  /// Throws std::invalid_argument `FIELD is VALUE, expected RANGE`, FIELD being the name with
-  /// underscores.
+  /// Throws std::invalid_argument `FIELD is VALUE, expected RANGE`.
   std::function<void(const Options&)> check;
 
   /// "on" and "off" for switches, else as get().
@@ -101,38 +100,35 @@ class OptionGroup {
       : table_(table), name_(std::move(name)), part_(part) {}
 
   template <typename Number>
-  OptionGroup& number(std::string name, Number Group::*field, const Range& range,
+  OptionGroup& number(const OptionName& name, Number Group::*field, const Range& range,
                       std::string help) {
     return value(
         name, field, std::move(help), range.text(),
-        [name](std::string_view text) { return read<Number>(name, text, ""); },
+        [name = name.option](std::string_view text) { return read<Number>(name, text, ""); },
         [](Number number) { return number_text(number); },
-        [field = field_name(name), range](Number number) {
-          require(range.holds(static_cast<double>(number)), field, number, range.text());
-        });
+        [field = name.field, range](Number number) { require_in(field, number, range); });
   }
 
   /// A number that may be left to somebody else, by the word `absent`: "auto", "none".
   template <typename Number>
-  OptionGroup& number(std::string name, std::optional<Number> Group::*field, std::string absent,
-                      const Range& range, std::string help) {
+  OptionGroup& number(const OptionName& name, std::optional<Number> Group::*field,
+                      std::string absent, const Range& range, std::string help) {
     using Value = std::optional<Number>;
     return value(
         name, field, std::move(help), absent + " or " + range.text(),
-        [name, absent](std::string_view text) {
+        [name = name.option, absent](std::string_view text) {
           return text == absent ? Value() : read<Number>(name, text, " or " + absent);
         },
         [absent](const Value& number) { return number ? number_text(*number) : absent; },
-        [field = field_name(name), range](const Value& number) {
-          if (!number) return;
-          require(range.holds(static_cast<double>(*number)), field, *number, range.text());
+        [field = name.field, range](const Value& number) {
+          if (number) require_in(field, *number, range);
         });
   }
 
-  OptionGroup& on_off(std::string name, bool Group::*field, std::string help) {
+  OptionGroup& on_off(const OptionName& name, bool Group::*field, std::string help) {
     value(
         name, field, std::move(help), "",
-        [name](std::string_view text) {
+        [name = name.option](std::string_view text) {
           if (text != "true" && text != "false") refuse_value(name, quoted(text), "true or false");
           return text == "true";
         },
@@ -143,13 +139,13 @@ class OptionGroup {
 
   /// One of some words. Throws std::logic_error in get() for a value that has none.
   template <typename Choice>
-  OptionGroup& choice(std::string name, Choice Group::*field,
+  OptionGroup& choice(const OptionName& name, Choice Group::*field,
                       std::vector<std::pair<std::string, Choice>> words, std::string help) {
     std::string known;
     for (const auto& [word, meant] : words) known += (known.empty() ? "" : ", ") + word;
     return value(
         name, field, std::move(help), known,
-        [name, words, known](std::string_view text) {
+        [name = name.option, words, known](std::string_view text) {
           for (const auto& [word, meant] : words) {
             if (text == word) return meant;
           }
@@ -166,8 +162,8 @@ class OptionGroup {
 
   /// Anything else: `parse` reads it, `print` writes it, `check` throws when it cannot be.
   template <typename Value, typename Parse, typename Print, typename Check>
-  OptionGroup& value(std::string name, Value Group::*field, std::string help, std::string values,
-                     Parse parse, Print print, Check check) {
+  OptionGroup& value(const OptionName& name, Value Group::*field, std::string help,
+                     std::string values, Parse parse, Print print, Check check) {
     const auto part = [part = part_](auto& options) -> auto& {
       if constexpr (std::is_same_v<Options, Group>) {
         return options;
@@ -176,7 +172,7 @@ class OptionGroup {
       }
     };
     table_.push_back(
-        {std::move(name), name_, std::move(help), std::move(values), false,
+        {name.option, name.field, name_, std::move(help), std::move(values), false,
          [=](Options& options, std::string_view text) { part(options).*field = parse(text); },
          [=](const Options& options) { return print(part(options).*field); },
          [=](const Options& options) { check(part(options).*field); }});
@@ -190,10 +186,6 @@ class OptionGroup {
     constexpr const char* kKind = std::is_integral_v<Number> ? "a whole number" : "a number";
     if (!number) refuse_value(name, quoted(text), kKind + or_else);
     return *number;
-  }
-  static std::string field_name(std::string name) {
-    for (char& letter : name) letter = letter == '-' ? '_' : letter;
-    return name;
   }
 
   std::vector<Option<Options>>& table_;

@@ -98,7 +98,7 @@ class SafetensorsWriter {
   void add(std::string tensor, std::vector<std::uint64_t> shape, std::span<const float> values);
   void add(std::string tensor, std::vector<std::uint64_t> shape,
            std::span<const std::uint64_t> values);
-  /// Values that are in memory as the file shall have them.
+  /// Values whose bytes in memory are those of the file.
   void add_bytes(std::string tensor, DType dtype, std::vector<std::uint64_t> shape,
                  std::span<const std::byte> bytes);
   /// A tensor of any type made while writing: `produce` hands its bytes, in order and in pieces of

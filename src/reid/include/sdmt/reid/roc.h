@@ -72,7 +72,7 @@ class Roc {
   double tpr(std::size_t i) const;
   double fpr(std::size_t i) const;
 
-  std::vector<DistanceCount> counts_;         // one row a distance that occurs
+  std::vector<DistanceCount> counts_;         // one row for each distance that occurs
   std::vector<std::int64_t> positives_upto_;  // [i]: sum over the first i rows
   std::vector<std::int64_t> negatives_upto_;
   std::int64_t positives_ = 0;

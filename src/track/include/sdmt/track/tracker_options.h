@@ -46,8 +46,8 @@ struct InputOptions {
 
 /// How people move (section III-D). Noise is in units of the box height, as in DeepSORT.
 struct MotionOptions {
-  double position_noise = 1.0 / 20;  ///< of measurements and, a frame, of the prediction; > 0
-  double velocity_noise = 1.0 / 80;  ///< a frame; > 0
+  double position_noise = 1.0 / 20;  ///< of measurements and, per frame, of the prediction; > 0
+  double velocity_noise = 1.0 / 80;  ///< per frame; > 0
   /// Predictions in a row without a detection after which a tracklet is inactive; >= 1.
   int max_misses = 6;
 };

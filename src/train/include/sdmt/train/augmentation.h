@@ -7,7 +7,8 @@
 namespace sdmt::train {
 
 /// Random changes of a crop that leave the person who it is. Each stands for something that differs
-/// between cameras: probabilities in [0, 1], strengths >= 0; 0 switches a change off.
+/// between cameras: probabilities in [0, 1], strengths >= 0; 0 switches a change off. Ranges are in
+/// trainer_option_table().
 struct AugmentationOptions {
   double flip = 0.5;            ///< probability of a mirror image
   double translate = 0.06;      ///< shift of the box, fraction of its size, each way, < 0.5
@@ -27,9 +28,6 @@ struct AugmentationOptions {
   double grey_patch = 0.0;  ///< probability of a rectangle without colour, as large as with erase
                             ///< (local grayscale patches, Gong et al., 2021)
   double noise = 0.0;       ///< standard deviation of the noise of each value is 0 .. this, of 255
-
-  /// Throws std::invalid_argument naming field, value and bound.
-  void validate() const;
 
   bool operator==(const AugmentationOptions&) const = default;
 };

@@ -2,8 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
+
+#include "sdmt/io/range.h"
 
 namespace sdmt::train {
 
@@ -19,6 +22,10 @@ enum class LossKind {
 };
 
 struct BatchHardOptions {
+  static constexpr io::Range kMargin{.low = 0, .high = 2, .above = true};
+  static constexpr io::Range kTripletScale{
+      .low = 0, .high = std::numeric_limits<double>::infinity(), .above = true, .below = true};
+
   LossKind kind = LossKind::contrastive;
   double margin = 0.2;         ///< contrastive: different people are pushed this far apart, (0, 2]
   double triplet_scale = 8.0;  ///< s above, > 0; PyTorch's soft margin is 1

@@ -11,7 +11,8 @@
 #include "sdmt/nn/sequential.h"
 #include "sdmt/reid/model_file.h"
 #include "sdmt/train/tied_head.h"
-#include "sdmt/train/trainer.h"
+#include "sdmt/train/trainer_options.h"
+#include "sdmt/train/training_set.h"
 
 namespace sdmt::train {
 

@@ -5,11 +5,15 @@
 #include <span>
 #include <vector>
 
+#include "sdmt/io/range.h"
 #include "sdmt/train/training_set.h"
 
 namespace sdmt::train {
 
 struct PkSamplerOptions {
+  static constexpr io::Range kIdentities{.low = 2};
+  static constexpr io::Range kInstances{.low = 2};
+
   int identities = 32;  ///< P: people in a batch (the paper's section IV-A), >= 2
   int instances = 4;    ///< K: images of each, >= 2
   /// Relative share of the batch's people that comes from each source; empty: as many as the source
