@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "sdmt/train/pk_sampler.h"
+#include "training_parts.h"
 
 namespace sdmt::train {
 
@@ -145,6 +146,11 @@ Table make_table() {
 const Table& trainer_option_table() {
   static const Table table = make_table();
   return table;
+}
+
+void TrainerOptions::validate() const {
+  trainer_option_table().validate(*this);
+  sampler_options(*this).validate();
 }
 
 }  // namespace sdmt::train

@@ -12,6 +12,7 @@
 
 #include "reid/temporary_data.h"
 #include "sdmt/nn/random.h"
+#include "sdmt/train/trainer.h"
 
 namespace sdmt::train {
 namespace {

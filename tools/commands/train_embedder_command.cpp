@@ -192,13 +192,10 @@ void refuse_options_of_the_metric_head(const TrainingArguments& arguments) {
 void run_pair_classifier(reid::Model& model, const train::TrainingSet& data,
                          const TrainingArguments& arguments, const StopSignal& stop) {
   std::unique_ptr<Progress> progress;
-  std::int64_t cached = 0;
   train::PairTrainingEvents events;
   events.caching = [&](std::int64_t done, std::int64_t total) {
-    if (!progress || done < cached) {
-      progress = std::make_unique<Progress>("caching", total, "views");
-    }
-    progress->update(cached = done);
+    if (!progress) progress = std::make_unique<Progress>("caching", total, "views");
+    progress->update(done);
     if (stop.requested()) throw Stopped();
   };
   bool training = false;

@@ -98,8 +98,8 @@ struct PairTrainingEvents {
   std::function<void(const PairTrainingStep&)> step;
 };
 
-/// Trains a classifier by Adam on the frozen trunk of `model`, with the batches, views and learning
-/// rate of `options` (loss, optimizer and first_trained do not apply; tie is 8x2).
+/// Trains a classifier on the frozen trunk of `model`, with the batches, views, optimiser and
+/// learning rate of `options` (loss, clip_norm and first_trained do not apply; tie is 8x2).
 /// Returns the weights of the best mean validation AUC, or the last without validation. The same
 /// for any number of threads. `cache_file` is that of Trainer::prepare(): one made for a training
 /// of the head serves here as well.
