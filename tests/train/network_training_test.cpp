@@ -128,7 +128,7 @@ TEST_F(LiteTraining, FrozenStatisticsStay) {
 
 TEST_F(LiteTraining, TiesWhereTheMapHasTheGrid) {
   TrainerOptions tied = options(30);
-  tied.tie = BlockGrid{2, 1};  // the map of a 32 x 16 patch
+  tied.tie = BlockGrid{1, 1};  // the stripes of a 32 x 64 patch
   const auto losses = train(tied).losses;
   EXPECT_LT(losses.back(), losses.front());
   tied.tie = BlockGrid{8, 2};
@@ -137,7 +137,7 @@ TEST_F(LiteTraining, TiesWhereTheMapHasTheGrid) {
     FAIL();
   } catch (const std::invalid_argument& error) {
     EXPECT_STREQ(error.what(),
-                 "tie is 8x2, expected rows x columns that divide the map of 2x1, or none");
+                 "tie is 8x2, expected rows x columns that divide the map of 1x1, or none");
   }
 }
 

@@ -278,7 +278,7 @@ TEST_F(TeacherTest, AStudentLearnsTheTeachersVectors) {
     teach(dimensions);
     TrainerOptions options = trainer_options();
     options.teacher_match = match;
-    options.iterations = 150;
+    options.iterations = 250;
     options.learning_rate = 0.03;
     options.first_trained = "fc1";
     options.views = 1;

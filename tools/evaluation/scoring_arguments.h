@@ -12,8 +12,8 @@ namespace sdmt::tools {
 struct ScoringArguments {
   std::string benchmark;  ///< as eval::parse_benchmark() takes it
   std::string compat = "trackeval";
-  std::string json;
-  std::string report;
+  std::string json = {};
+  std::string report = {};
 };
 
 /// Adds --benchmark, --compat, --json and --report. `arguments` must live until the command line is
