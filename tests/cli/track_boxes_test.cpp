@@ -81,7 +81,7 @@ TEST_F(TrackBoxes, LiveBoxesAreAnsweredAtOnce) {
                    "--min-length", "1", "--max-misses", "1", "--jsonl", "-"})) {
     command += "'" + word + "' ";
   }
-  Process process({"sh", "-c", command + "< '" + pipe.string() + "'"});
+  Process process({"/bin/sh", "-c", command + "< '" + pipe.string() + "'"});
   std::ofstream boxes(pipe);
   for (int frame = 1; frame <= 5; ++frame) {
     boxes << "{\"boxes\":[[" << 10 + frame << ",20,30,60]],\"scores\":[0.9]}" << std::endl;
