@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "channel_parameters.h"
 #include "kernels/channel_norm.h"
 #include "parameter_access.h"
 #include "sdmt/io/checked_value.h"
@@ -23,14 +24,9 @@ void BatchNormOptions::validate() const {
 BatchNorm::BatchNorm(BatchNormOptions options)
     : options_(options), batch_(std::make_unique<ChannelStatistics>()) {
   options_.validate();
-  const Shape shape{1, 1, 1, options_.num_features};
-  weight_.name = "weight";
-  weight_.value = Tensor(shape);
-  weight_.value.fill(options_.initial_gamma);
-  bias_.name = "bias";
-  bias_.value = Tensor(shape);
-  bias_.value.fill(options_.initial_beta);
-  weight_.decay = bias_.decay = false;
+  weight_ = channel_parameter("weight", options_.num_features, options_.initial_gamma);
+  bias_ = channel_parameter("bias", options_.num_features, options_.initial_beta);
+  const Shape shape = weight_.value.shape();
   running_mean_ = {"running_mean", Tensor(shape)};
   running_var_ = {"running_var", Tensor(shape)};
   running_var_.value.fill(1.0F);
@@ -94,13 +90,7 @@ ChannelStatistics BatchNorm::running_statistics() const {
 }
 
 ChannelAffine BatchNorm::affine(const ChannelStatistics& statistics) const {
-  ChannelAffine affine;
-  for (int c = 0; c < options_.num_features; ++c) {
-    const double scale = weight_.value.data()[c] * statistics.inv_std[c];
-    affine.scale.push_back(scale);
-    affine.shift.push_back(bias_.value.data()[c] - statistics.mean[c] * scale);
-  }
-  return affine;
+  return affine_of(statistics, weight_.value, bias_.value);
 }
 
 void BatchNorm::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* dx) {

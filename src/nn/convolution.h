@@ -14,8 +14,8 @@ namespace sdmt::nn {
 /// weights that the kernels read.
 ///
 /// 3x3 convolutions of stride 1 and padding 1 run by Winograd's minimal filtering, those of three
-/// channels directly, all others by a matrix product. Training takes tiles of 4x4, inference 8x8
-/// where they save multiplications. What is const may run in several threads at once.
+/// channels directly, all others by a matrix product. Training takes tiles of 4x4, inference
+/// those of fastest_winograd_tile(). What is const may run in several threads at once.
 class Convolution {
  public:
   /// The tensors must outlive it. `bias` is empty when there is none.

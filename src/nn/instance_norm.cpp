@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "channel_parameters.h"
 #include "kernels/channel_norm.h"
 #include "parameter_access.h"
 #include "sdmt/io/checked_value.h"
@@ -22,17 +23,6 @@ ChannelStatistics statistics_of(const Tensor& image, double eps) {
   return statistics;
 }
 
-ChannelAffine affine_of(const ChannelStatistics& statistics, const Tensor& weight,
-                        const Tensor& bias) {
-  ChannelAffine affine;
-  for (int c = 0; c < weight.shape().c; ++c) {
-    const double scale = weight.data()[c] * statistics.inv_std[c];
-    affine.scale.push_back(scale);
-    affine.shift.push_back(bias.data()[c] - statistics.mean[c] * scale);
-  }
-  return affine;
-}
-
 }  // namespace
 
 void InstanceNormOptions::validate() const {
@@ -42,14 +32,8 @@ void InstanceNormOptions::validate() const {
 
 InstanceNorm::InstanceNorm(InstanceNormOptions options) : options_(options) {
   options_.validate();
-  const Shape shape{1, 1, 1, options_.num_features};
-  weight_.name = "weight";
-  weight_.value = Tensor(shape);
-  weight_.value.fill(options_.initial_gamma);
-  bias_.name = "bias";
-  bias_.value = Tensor(shape);
-  bias_.value.fill(options_.initial_beta);
-  weight_.decay = bias_.decay = false;
+  weight_ = channel_parameter("weight", options_.num_features, options_.initial_gamma);
+  bias_ = channel_parameter("bias", options_.num_features, options_.initial_beta);
 }
 
 InstanceNorm::~InstanceNorm() = default;

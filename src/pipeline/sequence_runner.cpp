@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "sdmt/io/stopwatch.h"
+
 namespace sdmt::pipeline {
 
 namespace {
@@ -15,21 +17,6 @@ namespace {
 double rate(std::int64_t frames, double seconds) {
   return seconds > 0 ? static_cast<double>(frames) / seconds : 0;
 }
-
-// Adds the life time of the object to a sum of seconds.
-class Stopwatch {
- public:
-  explicit Stopwatch(double& seconds) : seconds_(seconds) {}
-  ~Stopwatch() {
-    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-
- private:
-  double& seconds_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 }  // namespace
 
@@ -71,7 +58,7 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
     if (observers.read) observers.read(frame);
     const image::ImageView view = frame.image.view();
     try {
-      const Stopwatch watch(report.detect_seconds);
+      const io::Stopwatch watch(report.detect_seconds);
       boxes = detections.detect(frame);
     } catch (const std::exception&) {
       report.failure = std::current_exception();

@@ -2,7 +2,6 @@
 #include "sdmt/track/tracker.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstddef>
 #include <stdexcept>
 #include <utility>
@@ -11,6 +10,7 @@
 #include "detection_boosting.h"
 #include "embedding_selection.h"
 #include "frame_detections.h"
+#include "sdmt/io/stopwatch.h"
 #include "sdmt/track/pixel_rect.h"
 #include "track_history.h"
 #include "track_output.h"
@@ -20,21 +20,6 @@
 namespace sdmt::track {
 
 namespace {
-
-/// Adds the life time of the object to a sum of seconds.
-class Stopwatch {
- public:
-  explicit Stopwatch(double& seconds) : seconds_(seconds) {}
-  ~Stopwatch() {
-    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-
- private:
-  double& seconds_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 const TrackerOptions& valid(const TrackerOptions& options) {
   options.validate();
@@ -174,7 +159,7 @@ void Tracker::on_association(std::function<void(const AssociationDecision&)> obs
 }
 
 void Tracker::State::accept(std::span<const mot::Detection> given) {
-  const Stopwatch watch(stats.predict_seconds);
+  const io::Stopwatch watch(stats.predict_seconds);
   filter.accept(given, options.input, detections);
   stats_before = stats;
   ++frame;
@@ -184,7 +169,7 @@ void Tracker::State::accept(std::span<const mot::Detection> given) {
 }
 
 void Tracker::State::predict() {
-  const Stopwatch watch(stats.predict_seconds);
+  const io::Stopwatch watch(stats.predict_seconds);
   states_before.clear();
   for (const auto& tracklet : active) {
     states_before.push_back(tracklet->state);
@@ -205,11 +190,11 @@ void Tracker::State::take_back() {
 
 void Tracker::State::embed(const image::ImageView* image) {
   {
-    const Stopwatch watch(stats.assign_seconds);
+    const io::Stopwatch watch(stats.assign_seconds);
     assignment.gate(active, detections);
   }
   if (descriptor == nullptr || image == nullptr || image->empty()) return;
-  const Stopwatch watch(stats.embed_seconds);
+  const io::Stopwatch watch(stats.embed_seconds);
   const auto& chosen = selection.choose(frame, active, detections, assignment.gated());
   if (chosen.empty()) return;
   crops.clear();
@@ -226,14 +211,14 @@ void Tracker::State::embed(const image::ImageView* image) {
 }
 
 void Tracker::State::assign() {
-  const Stopwatch watch(stats.assign_seconds);
+  const io::Stopwatch watch(stats.assign_seconds);
   matches = assignment.assign(active, detections);
 }
 
 void Tracker::State::boost(const image::ImageView* image) {
   if (!options.boosting.enabled || descriptor == nullptr || image == nullptr || image->empty())
     return;
-  const Stopwatch watch(stats.boost_seconds);
+  const io::Stopwatch watch(stats.boost_seconds);
   boosting.boost(frame, *image, *descriptor, active, matches, detections);
   stats.embedded += static_cast<std::int64_t>(boosting.candidates());
   if (boosting.changed()) {
@@ -245,7 +230,7 @@ void Tracker::State::boost(const image::ImageView* image) {
 }
 
 void Tracker::State::update_tracklets() {
-  const Stopwatch watch(stats.assign_seconds);
+  const io::Stopwatch watch(stats.assign_seconds);
   for (const auto& tracklet : active) ++tracklet->misses;
   std::vector<bool> taken(detections.size(), false);
   for (const Match& match : matches) {
@@ -338,7 +323,7 @@ void Tracker::State::end_all() {
 void Tracker::State::associate() {
   if (!options.association.enabled) return;
   if (descriptor == nullptr && !options.association.by_motion) return;
-  const Stopwatch watch(stats.associate_seconds);
+  const io::Stopwatch watch(stats.associate_seconds);
   std::vector<Tracklet*> positive;
   for (const Tracklets* group : {&idle, &active}) {
     for (const auto& tracklet : *group) {
@@ -365,7 +350,7 @@ void Tracker::State::merge(Tracklet& older, Tracklet& newer) {
 }
 
 void Tracker::State::emit(bool at_end) {
-  const Stopwatch watch(stats.emit_seconds);
+  const io::Stopwatch watch(stats.emit_seconds);
   output.emit(frame, at_end, active, idle, stats.tracks);
 }
 

@@ -40,9 +40,9 @@ class BatchNorm : public Layer {
 
   std::string_view type() const override { return "BatchNorm"; }
   Shape output_shape(Shape in) const override;
+  void infer(const Tensor& x, Tensor& y) const override;
   /// Throws std::invalid_argument in training mode when a channel has a single value (batch of
   /// one).
-  void infer(const Tensor& x, Tensor& y) const override;
   void forward(const Tensor& x, Tensor& y, Mode mode) override;
   /// Uses the batch statistics of the last forward in training mode. Does not read y.
   void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;

@@ -47,6 +47,7 @@ class InstanceNorm : public Layer {
 
  private:
   void normalise(const Tensor& x, Tensor& y, ChannelStatistics* kept) const;
+
   InstanceNormOptions options_;
   Parameter weight_;
   Parameter bias_;
