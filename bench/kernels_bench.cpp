@@ -9,7 +9,9 @@
 
 #include "sdmt/nn/conv2d.h"
 #include "sdmt/nn/linear.h"
+#include "sdmt/nn/max_pool2d.h"
 #include "sdmt/nn/random.h"
+#include "sdmt/nn/relu.h"
 #include "sdmt/reid/architectures.h"
 #include "sdmt/reid/embedding_network.h"
 

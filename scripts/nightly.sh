@@ -4,7 +4,7 @@
 #
 #   scripts/nightly.sh [PART...]       default: all parts
 #
-# sanitize  all tests under AddressSanitizer and UndefinedBehaviorSanitizer
+# sanitize  all tests under AddressSanitizer and UndefinedBehaviorSanitizer; the benchmarks build
 # threads   the multi-threaded tests of nn and track under ThreadSanitizer
 # fuzz      the readers of ground truth, results and models, FUZZ_SECONDS (600) each
 # faults    every file call and many allocations of the commands fail once; hostile files; full disks
@@ -18,7 +18,7 @@ cd "$(dirname "$0")/.."
 jobs=$(nproc)
 
 sanitize() {
-  cmake --preset dev
+  cmake --preset dev -DSDMT_BUILD_BENCH=ON
   cmake --build build-dev --parallel "$jobs"
   ctest --preset dev --parallel "$jobs"
 }

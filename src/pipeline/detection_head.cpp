@@ -173,7 +173,7 @@ std::optional<DetectionHead> DetectionHead::recognise(std::span<const HeadOutput
     float farthest = 0;
     const float* centre = outputs[0].values;
     for (int i = 0; i < rows; ++i, centre += columns) farthest = std::max(farthest, *centre);
-    const bool boxes = farthest > width / 2.0F;
+    const bool boxes = farthest > width / 2.0;
     return DetectionHead(boxes ? Kind::yolox_boxes : Kind::yolox, columns - kBoxAndObject);
   }
   if (rows == kAnchors * count && columns > kBoxAndObject) {
@@ -199,6 +199,7 @@ bool DetectionHead::decode(std::span<const HeadOutput> outputs, int width, int h
            wanted[static_cast<int>(category)] != 0;
   };
   if (outputs.empty()) return false;
+  const double picture_width = width, picture_height = height;
   const HeadOutput& first = outputs[0];
   const float* row = first.values;
   switch (kind_) {
@@ -208,7 +209,8 @@ bool DetectionHead::decode(std::span<const HeadOutput> outputs, int width, int h
         row = output.values;
         for (int i = 0; i < output.shape[0]; ++i, row += output.shape[1]) {
           // OpenCV has multiplied the classes with the objectness.
-          add({row[0] * width, row[1] * height, row[2] * width, row[3] * height},
+          add({row[0] * picture_width, row[1] * picture_height, row[2] * picture_width,
+               row[3] * picture_height},
               best_score(row + 5, classes_, 1, wanted));
         }
       }
@@ -223,8 +225,9 @@ bool DetectionHead::decode(std::span<const HeadOutput> outputs, int width, int h
           if (kind_ == Kind::yolox_boxes) {
             add({row[0], row[1], row[2], row[3]}, score);
           } else if (score >= min_score) {
-            add({x + stride * row[0], y + stride * row[1], stride * std::exp(row[2]),
-                 stride * std::exp(row[3])},
+            const double scale = stride;
+            add({x + scale * row[0], y + scale * row[1], scale * std::exp(row[2]),
+                 scale * std::exp(row[3])},
                 score);
           }
           row += 5 + classes_;
@@ -288,7 +291,9 @@ bool DetectionHead::decode(std::span<const HeadOutput> outputs, int width, int h
       if (first.shape.size() != 4 || first.shape[3] != 7) return false;
       for (int i = 0; i < first.shape[2]; ++i, row += 7) {
         if (!has_class(row[1])) continue;
-        add(from_corners(row[3] * width, row[4] * height, row[5] * width, row[6] * height), row[2]);
+        add(from_corners(row[3] * picture_width, row[4] * picture_height, row[5] * picture_width,
+                         row[6] * picture_height),
+            row[2]);
       }
       return true;
     }

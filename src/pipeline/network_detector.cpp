@@ -204,8 +204,9 @@ struct NetworkDetector::Network {
   std::vector<mot::Detection> detect(const image::Image& image) {
     const double zoom = std::min(static_cast<double>(largest.width) / image.width,
                                  static_cast<double>(largest.height) / image.height);
-    const cv::Size inner(std::clamp<int>(std::lround(image.width * zoom), 1, largest.width),
-                         std::clamp<int>(std::lround(image.height * zoom), 1, largest.height));
+    const cv::Size inner(
+        std::clamp(static_cast<int>(std::lround(image.width * zoom)), 1, largest.width),
+        std::clamp(static_cast<int>(std::lround(image.height * zoom)), 1, largest.height));
     const cv::Size size = input_size(image.width, image.height);
     canvas.create(size, CV_8UC3);
     canvas.setTo(cv::Scalar::all(kGrey));

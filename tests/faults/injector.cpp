@@ -244,10 +244,13 @@ std::size_t fwrite(const void* bytes, std::size_t size, std::size_t count, std::
 ON_DESCRIPTOR(fsync)
 ON_DESCRIPTOR(fdatasync)
 
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wshadow"  // there is also a struct flock
 int flock(int descriptor, int operation) {
   NEXT(flock);
   return is_watched(descriptor) && fails("flock", "") ? -1 : real(descriptor, operation);
 }
+#pragma GCC diagnostic pop
 int fchmod(int descriptor, mode_t mode) {
   NEXT(fchmod);
   return is_watched(descriptor) && fails("fchmod", "") ? -1 : real(descriptor, mode);

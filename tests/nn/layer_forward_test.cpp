@@ -251,7 +251,7 @@ TEST_P(LayerForward, BatchNormMovesTheRunningStatistics) {
     const Array bias(norm.bias().value);
     EXPECT_LT(relative_error(y, oracle::batch_norm_training(Array(x), weight, bias, 1e-5)), 1e-6);
     for (int c = 0; c < in.c; ++c) {
-      const int rows = in.n * in.h * in.w;
+      const double rows = in.n * in.h * in.w;
       double mean = 0.0;
       double var = 0.0;
       for (int i = 0; i < rows; ++i)

@@ -40,7 +40,7 @@ std::filesystem::path make_darknet(const std::filesystem::path& folder) {
   for (const std::int32_t version : {0, 2, 0}) append(weights, version);
   append(weights, std::uint64_t{0});  // images seen
   // x, y, width, height, objectness, person, car: sigmoids of 20 (red - ...) - 10.
-  for (const float bias : {0, 0, 0, 0, -10, -10, -10}) append(weights, bias);
+  for (const float bias : {0.F, 0.F, 0.F, 0.F, -10.F, -10.F, -10.F}) append(weights, bias);
   const float by_color[7][3] = {{}, {}, {}, {}, {20, -40, 20}, {20, 0, 0}, {0, 0, 20}};
   for (const auto& filter : by_color) {
     for (const float weight : filter) {
