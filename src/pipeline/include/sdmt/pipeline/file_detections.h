@@ -8,7 +8,7 @@
 #include "sdmt/mot/mot_file.h"
 #include "sdmt/mot/plausibility.h"
 #include "sdmt/pipeline/detection_source.h"
-#include "sdmt/pipeline/given_embeddings.h"
+#include "sdmt/track/given_embeddings.h"
 
 namespace sdmt::pipeline {
 
@@ -37,7 +37,7 @@ class FileDetections : public DetectionSource {
  private:
   mot::DetectionFile file_;
   std::filesystem::path path_;
-  GivenEmbeddings embeddings_;
+  track::GivenEmbeddings embeddings_;
 };
 
 }  // namespace sdmt::pipeline

@@ -8,7 +8,7 @@
 
 #include "sdmt/mot/detection_formats.h"
 #include "sdmt/pipeline/detection_source.h"
-#include "sdmt/pipeline/given_embeddings.h"
+#include "sdmt/track/given_embeddings.h"
 
 namespace sdmt::pipeline {
 
@@ -37,7 +37,7 @@ class LiveDetections : public DetectionSource {
   mot::JsonLineReader::Frame next_;  // read, of this frame or a later one
   bool ended_ = false;               // there is none
   bool has_embeddings_ = false;
-  GivenEmbeddings embeddings_;
+  track::GivenEmbeddings embeddings_;
 };
 
 }  // namespace sdmt::pipeline
