@@ -5,8 +5,8 @@
 #   scripts/nightly.sh [PART...]       default: all parts
 #
 # sanitize  all tests under AddressSanitizer and UndefinedBehaviorSanitizer; the benchmarks build
-# threads   the multi-threaded tests of nn and track under ThreadSanitizer
-# fuzz      the readers of ground truth, results and models, FUZZ_SECONDS (600) each
+# threads   the multi-threaded tests of nn, track and the C interface under ThreadSanitizer
+# fuzz      the readers of ground truth, results and models, and the C interface, FUZZ_SECONDS (600) each
 # faults    every file call and many allocations of the commands fail once; hostile files; full disks
 # soak      200,000 frames without growth of memory or time
 # practice  an embedder trained on made-up people alone tells strangers apart
@@ -25,15 +25,15 @@ sanitize() {
 
 threads() {
   cmake --preset tsan
-  cmake --build build-tsan --parallel "$jobs" --target test_nn test_track
-  ctest --preset tsan -R '^(nn|track)\.' --parallel "$jobs"
+  cmake --build build-tsan --parallel "$jobs" --target test_nn test_track test_c
+  ctest --preset tsan -R '^(nn|track|c)\.' --parallel "$jobs"
 }
 
 fuzz() {
   cmake --preset fuzz
   cmake --build build-fuzz --parallel "$jobs" --target fuzz_ground_truth fuzz_results \
-    fuzz_safetensors
-  for reader in ground_truth results safetensors; do
+    fuzz_safetensors fuzz_c
+  for reader in ground_truth results safetensors c; do
     mkdir -p build-fuzz/found-$reader
     build-fuzz/fuzz_$reader -max_total_time="${FUZZ_SECONDS:-600}" -max_len=262144 \
       build-fuzz/found-$reader tests/fuzz/corpus/$reader

@@ -62,6 +62,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude{
     {"reid", {"reid", "nn", "image", "io"}},
     {"track", {"track", "mot", "image", "io"}},
     {"eval", {"eval", "mot", "io"}},
+    {"c", {"c", "reid", "track", "eval", "mot", "image", "io"}},
     {"train", {"train", "reid", "media", "nn", "image", "io"}},
     {"pipeline", {"pipeline", "track", "media", "mot", "image", "io"}},
 };
