@@ -4,7 +4,7 @@
 #
 #   scripts/install-dependencies.sh [build|test|develop]
 #
-# build: what the libraries and the binary need (default). test: and the tests.
+# build: what the libraries and the binary need (default). test: and the tests, and the Python module.
 # develop: and what CONTRIBUTING.md uses beside them (benchmarks, formatting, coverage, ...).
 # Needs root or sudo, but neither when nothing is missing. Debian 12 and Ubuntu 24.04 have it all.
 set -euo pipefail
@@ -16,11 +16,12 @@ packages=(
   libcli11-dev libfmt-dev  # command line and text of the binary
   libopencv-dev            # images and video of the binary and of training
 )
+python=(python3-dev python3-numpy pybind11-dev)  # the Python module and its tests
 case "${1:-build}" in
   build) ;;
-  test) packages+=(libgtest-dev libgmock-dev python3) ;;
+  test) packages+=(libgtest-dev libgmock-dev python3 "${python[@]}") ;;
   develop)
-    packages+=(libgtest-dev libgmock-dev python3 libbenchmark-dev clang clang-format clang-tidy libomp-dev
+    packages+=(libgtest-dev libgmock-dev python3 "${python[@]}" libbenchmark-dev clang clang-format clang-tidy libomp-dev
       gcovr git chromium qemu-user g++-aarch64-linux-gnu) ;;
   *) echo "usage: $0 [build|test|develop]" >&2; exit 2 ;;
 esac
