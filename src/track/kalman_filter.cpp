@@ -50,8 +50,9 @@ KalmanState KalmanFilter::predict(const KalmanState& state, int frames) const {
   return next;
 }
 
-KalmanState KalmanFilter::update(const KalmanState& state, const mot::Cxcywh& box) const {
-  const double r = square(scale(state) * noise_.measurement);
+KalmanState KalmanFilter::update(const KalmanState& state, const mot::Cxcywh& box,
+                                 double looseness) const {
+  const double r = square(scale(state) * noise_.measurement * looseness);
   const double innovation = state.position_variance + r;
   const double k = state.position_variance / innovation;
   const double g = state.covariance / innovation;

@@ -29,21 +29,21 @@ OutputRules::OutputRules(const OutputOptions& options, const MotionOptions& moti
     : report(options.report),
       fill(options.fill),
       max_fill(options.max_fill),
+      score_noise(motion.score_noise),
       smoother(smoother_noise(options, motion)),
       smoothing_block(std::max(1, lag / 8)) {}
 
 void TrackHistory::append(int frame, const mot::Cxcywh& measured, const mot::Cxcywh& filtered,
                           double score, BoxSource source) {
   Entry entry{frame, source, false, score, measured, filtered, {}, {}, {}};
-  if (rules_->report == ReportBox::smoothed) {
-    if (entries_.empty()) {
-      entry.forward = rules_->smoother.start(measured);
-    } else {
-      Entry& last = entries_.back();
-      last.gain = rules_->smoother.smoother_gain(last.forward, frame - last.frame);
-      entry.forward = rules_->smoother.update(
-          rules_->smoother.predict(last.forward, frame - last.frame), measured);
-    }
+  if (entries_.empty()) {
+    entry.forward = rules_->smoother.start(measured);
+  } else {
+    Entry& last = entries_.back();
+    last.gain = rules_->smoother.smoother_gain(last.forward, frame - last.frame);
+    entry.forward =
+        rules_->smoother.update(rules_->smoother.predict(last.forward, frame - last.frame),
+                                measured, rules_->looseness(score));
   }
   entries_.push_back(entry);
 }
@@ -117,23 +117,34 @@ TrackedBox TrackHistory::interpolated(std::size_t before, int frame) {
   return {0, mot::to_tlwh(box), 0.0, BoxSource::interpolated};
 }
 
+// Calls visit(entry, smoothed state) from the last entry back to `entry`.
+template <typename Visit>
+void TrackHistory::smooth_back_to(std::size_t entry, Visit visit) const {
+  KalmanState state = entries_.back().forward;
+  visit(entries_.size() - 1, state);
+  for (std::size_t i = entries_.size() - 1; i > entry; --i) {
+    const Entry& before = entries_[i - 1];
+    state = smooth(before.forward, entries_[i].frame - before.frame, before.gain, state);
+    visit(i - 1, state);
+  }
+}
+
 const KalmanState& TrackHistory::smoothed(std::size_t entry) {
   if (entries_[entry].smoothed) return *entries_[entry].smoothed;
-  const auto keep = [&](std::size_t i, KalmanState state) {
+  smooth_back_to(entry, [&](std::size_t i, KalmanState state) {
     if (entries_[i].frame >= entries_[entry].frame + rules_->smoothing_block) return;
     // Smoothing is linear and knows nothing of sizes: keep them above zero.
     state.mean[2] = std::max(state.mean[2], KalmanFilter::kMinimumSize);
     state.mean[3] = std::max(state.mean[3], KalmanFilter::kMinimumSize);
     entries_[i].smoothed = state;
-  };
-  KalmanState state = entries_.back().forward;
-  keep(entries_.size() - 1, state);
-  for (std::size_t i = entries_.size() - 1; i > entry; --i) {
-    const Entry& before = entries_[i - 1];
-    state = smooth(before.forward, entries_[i].frame - before.frame, before.gain, state);
-    keep(i - 1, state);
-  }
+  });
   return *entries_[entry].smoothed;
+}
+
+KalmanState TrackHistory::start() const {
+  KalmanState start;
+  smooth_back_to(first_, [&](std::size_t, const KalmanState& state) { start = state; });
+  return start;
 }
 
 void TrackHistory::forget(int frame) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -19,7 +20,13 @@ struct OutputRules {
   ReportBox report;
   FillGaps fill;
   int max_fill;
+  double score_noise;
   KalmanFilter smoother;
+
+  /// How much noisier than a certain one a box of this score is.
+  double looseness(double score) const {
+    return 1 + score_noise * (1 - std::clamp(score, 0.0, 1.0));
+  }
   /// Frames of a track smoothed at once: the backward pass is long, and the last of them still
   /// looks ahead seven eighths of the lag.
   int smoothing_block;
@@ -41,6 +48,13 @@ class TrackHistory {
   /// over these.
   void prepend(const TrackHistory& older);
 
+  /// The person at the first box that is not forgotten, as all boxes until now tell, and its frame.
+  KalmanState start() const;
+  int start_frame() const { return entries_[first_].frame; }
+  /// The first of them, as it was measured.
+  const mot::Cxcywh& first_box() const { return entries_[first_].measured; }
+  /// The box where the person was last seen, as those before tell.
+  mot::Cxcywh last_box() const { return entries_.back().forward.box(); }
   /// The box of `frame`, its id unset; nothing before the first and after the last box and in gaps
   /// that are not filled.
   std::optional<TrackedBox> at(int frame);
@@ -60,6 +74,8 @@ class TrackHistory {
     std::optional<KalmanState> smoothed;
   };
 
+  template <typename Visit>
+  void smooth_back_to(std::size_t entry, Visit visit) const;
   const KalmanState& smoothed(std::size_t entry);
   TrackedBox interpolated(std::size_t before, int frame);
 

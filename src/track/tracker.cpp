@@ -16,6 +16,7 @@
 #include "track_output.h"
 #include "tracklet.h"
 #include "tracklet_association.h"
+#include "unclaimed_detections.h"
 
 namespace sdmt::track {
 
@@ -55,7 +56,8 @@ struct Tracker::State {
         boosting(options.boosting, options.appearance, options.confidence, tau_a),
         association(options.association, options.motion, options.appearance, model != nullptr,
                     tau_a),
-        output(options.output, options.motion, options.confidence, options.decision_lag()) {}
+        output(options.output, options.motion, options.confidence, options.decision_lag()),
+        unclaimed(options, motion, output.rules()) {}
 
   void require_open() const {
     if (ended) throw std::logic_error("Tracker: finish() was called, nothing can follow it");
@@ -70,6 +72,7 @@ struct Tracker::State {
   void associate();
   void emit(bool at_end);
 
+  void look_back();
   void start_tracklet(std::size_t detection);
   void store_appearance(Tracklet& tracklet, std::size_t detection);
   void retire();
@@ -87,6 +90,7 @@ struct Tracker::State {
   DetectionBoosting boosting;
   TrackletAssociation association;
   TrackOutput output;
+  UnclaimedDetections unclaimed;
 
   std::function<void(const EndedTrack&)> track_ended;
 
@@ -238,11 +242,11 @@ void Tracker::State::update_tracklets() {
     const int detection = match.detection;
     taken[detection] = true;
     const mot::Cxcywh box = mot::to_cxcywh(detections.boxes[detection]);
-    tracklet.state = motion.update(tracklet.state, box);
+    const double score = detections.scores[detection];
+    tracklet.state = motion.update(tracklet.state, box, output.rules().looseness(score));
     tracklet.misses = 0;
     tracklet.last_frame = frame;
     const auto& flags = detections.flags[detection];
-    const double score = detections.scores[detection];
     if (flags.boosted) {
       ++stats.boosted;
     } else {
@@ -253,9 +257,27 @@ void Tracker::State::update_tracklets() {
                             flags.boosted ? BoxSource::boosted : BoxSource::detected);
   }
   retire();
+  unclaimed.begin_frame(frame);
   for (std::size_t i = 0; i < detections.size(); ++i) {
     const auto& flags = detections.flags[i];
-    if (!taken[i] && flags.strong && !flags.boosted && !flags.dropped) start_tracklet(i);
+    if (taken[i] || flags.boosted || flags.dropped) continue;
+    if (flags.strong) {
+      start_tracklet(i);
+    } else {
+      unclaimed.add(detections.boxes[i], detections.scores[i]);
+    }
+  }
+  look_back();
+}
+
+void Tracker::State::look_back() {
+  if (options.motion.look_back == 0) return;
+  for (const auto& tracklet : active) {
+    if (tracklet->looked_back || !tracklet->confidence.positive(options.confidence)) continue;
+    tracklet->looked_back = true;
+    const auto before = unclaimed.claim(tracklet->history.start(), tracklet->history.start_frame(),
+                                        output.decided());
+    if (before) tracklet->begin_with(*before);
   }
 }
 

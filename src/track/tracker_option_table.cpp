@@ -66,14 +66,19 @@ void add_motion(Table& table) {
       .number("velocity-noise", &MotionOptions::velocity_noise, kNoise,
               "noise of the velocity, in box heights per frame")
       .number("max-misses", &MotionOptions::max_misses, kFrames,
-              "frames without a detection after which a tracklet is inactive");
+              "frames without a detection after which a tracklet is inactive")
+      .number("score-noise", &MotionOptions::score_noise, {.low = 0, .high = 100},
+              "a box of score 0 counts as 1 + this times as noisy as one of score 1")
+      .number(
+          "look-back", &MotionOptions::look_back, kFramesOrNone,
+          "frames before its start in which a track, once it is one, finds boxes that nobody took");
 }
 
 void add_assignment(Table& table) {
   table.group("assignment", &TrackerOptions::assignment)
       .number("min-iou", &AssignmentOptions::min_iou, kGate, "tau_m, motion gate (IoU)")
       .number("weak-iou", &AssignmentOptions::weak_iou, kGate,
-              "motion gate of detections below strong-confidence (IoU)")
+              "motion gate of detections below strong-confidence, and for looking back (IoU)")
       .number("lambda", &AssignmentOptions::lambda, kShare, "weight of appearance against motion")
       .on_off("appearance-gate", &AssignmentOptions::appearance_gate, "tau_a restricts assignment")
       .on_off("rescale-affinity", &AssignmentOptions::rescale_affinity,
@@ -131,6 +136,9 @@ void add_association(Table& table) {
       .on_off("association", &AssociationOptions::enabled, "join tracklets across gaps")
       .on_off("motion-association", &AssociationOptions::by_motion,
               "without appearance: join tracklets by motion alone")
+      .number(
+          "motion-reach", &AssociationOptions::motion_reach, kNoise,
+          "without appearance: how far tracklets that lead to each other may miss, in box heights")
       .number("association-interval", &AssociationOptions::interval, kFrames,
               "frames between associations")
       .number("association-horizon", &AssociationOptions::horizon, kFramesOrNone,

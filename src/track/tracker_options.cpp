@@ -13,6 +13,9 @@ TrackerOptions TrackerOptions::paper() {
   options.input.strong_confidence = -std::numeric_limits<double>::infinity();
   options.motion.velocity_noise = 1.0 / 160;
   options.motion.max_misses = 2;
+  options.motion.score_noise = 0;
+  options.motion.look_back = 0;
+  options.assignment.weak_iou = 0.3;
   options.assignment.rescale_affinity = false;
   options.appearance.tau_a_margin = 0;
   options.appearance.gallery_distance = GalleryDistance::mean;
@@ -28,11 +31,26 @@ TrackerOptions TrackerOptions::paper() {
   return options;
 }
 
+TrackerOptions TrackerOptions::online() {
+  TrackerOptions options;
+  options.motion.max_misses = 30;
+  options.assignment.min_iou = 0.2;
+  options.confidence.min_length = 2;
+  options.association.enabled = false;
+  options.output.report = ReportBox::filtered;
+  options.output.delay = 0;
+  return options;
+}
+
+int TrackerOptions::confirmation_frames() const {
+  return (confidence.min_length - 1) * motion.max_misses;
+}
+
 int TrackerOptions::auto_delay() const {
-  const int confirmation = (confidence.min_length - 1) * motion.max_misses;
   const int gap = output.fill == FillGaps::none ? 0 : output.max_fill;
-  return association.enabled ? gap + confirmation + association.interval
-                             : std::min(gap, motion.max_misses) + confirmation;
+  const int known = confirmation_frames() + motion.look_back;
+  return association.enabled ? gap + known + association.interval
+                             : std::min(gap, motion.max_misses) + known;
 }
 
 int TrackerOptions::decision_lag() const {

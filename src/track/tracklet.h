@@ -51,6 +51,7 @@ struct Tracklet {
   int misses = 0;                ///< predictions since the latest box
   int feature_frame = 0;         ///< when the gallery last grew; 0: never
   int boosted_frame = -1000000;  ///< when it was last boosted, or searched for in one pass
+  bool looked_back = false;      ///< for boxes before its first one
   bool reported = false;  ///< a box of it is in the output: from then on it counts as positive
   TrackletConfidence confidence;
   AppearanceGallery gallery;
@@ -67,6 +68,13 @@ struct Tracklet {
     confidence.add(older.confidence);
     gallery.prepend(older.gallery);
     reported = reported || older.reported;
+  }
+
+  /// Where it comes from, found by looking back.
+  void begin_with(const TrackHistory& before) {
+    history.prepend(before);
+    first_frame = before.start_frame();
+    first_box = before.first_box();
   }
 
   /// The box expected in any frame.

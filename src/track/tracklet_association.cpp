@@ -62,10 +62,27 @@ void TrackletAssociation::judge_all(int frame, const std::vector<Tracklet*>& tra
 
 bool TrackletAssociation::within_reach(const mot::Cxcywh& predicted,
                                        const mot::Cxcywh& first) const {
-  if (by_appearance_ && options_.reach > 0) {
-    return distance_in_heights(predicted, first) < options_.reach;
-  }
+  if (options_.reach > 0) return distance_in_heights(predicted, first) < options_.reach;
   return iou(mot::to_tlwh(predicted), mot::to_tlwh(first)) > 0;
+}
+
+// The two lead to each other: forwards and backwards.
+std::optional<AssociationPair> TrackletAssociation::judge_motion(int frame, Tracklet& older,
+                                                                 Tracklet& newer) const {
+  constexpr double kTaller = 1.5;
+  const mot::Cxcywh last = older.history.last_box();
+  double miss = distance_in_heights(older.predicted(newer.first_frame), newer.first_box);
+  if (miss < options_.motion_reach) {
+    const mot::Cxcywh before =
+        extrapolate(newer.history.start(), older.last_frame - newer.history.start_frame());
+    miss = std::max(miss, distance_in_heights(before, last));
+  }
+  const double taller = last.height / newer.first_box.height;
+  if (!(miss < options_.motion_reach) || taller > kTaller || taller < 1 / kTaller) {
+    report(frame, older, newer, kUnknown, AssociationVerdict::too_far);
+    return std::nullopt;
+  }
+  return AssociationPair{&older, &newer, -miss};
 }
 
 std::optional<AssociationPair> TrackletAssociation::judge(int frame, Tracklet& older,
@@ -74,13 +91,11 @@ std::optional<AssociationPair> TrackletAssociation::judge(int frame, Tracklet& o
   if (gap <= 0 || gap > motion_.max_misses + options_.horizon || older.misses == 0) {
     return std::nullopt;
   }
+  if (!by_appearance_) return judge_motion(frame, older, newer);
   const mot::Cxcywh predicted = older.predicted(newer.first_frame);
   if (!within_reach(predicted, newer.first_box)) {
     report(frame, older, newer, kUnknown, AssociationVerdict::too_far);
     return std::nullopt;
-  }
-  if (!by_appearance_) {
-    return AssociationPair{&older, &newer, -distance_in_heights(predicted, newer.first_box)};
   }
   if (older.gallery.empty() || newer.gallery.empty()) {
     report(frame, older, newer, kUnknown, AssociationVerdict::no_feature);

@@ -23,8 +23,9 @@ struct AssociationPair {
 ///
 /// A newer tracklet can continue an older one that misses its detection when it began after the
 /// older one's last box, at most max_misses + horizon frames later, its first box is near the older
-/// one's prediction for that frame (`reach`; by motion alone and in the paper: IoU > 0), and the
-/// mean (or smallest) distance of their stored appearance leaves an affinity above the threshold.
+/// one's prediction for that frame (`reach`; in the paper: IoU > 0), and the mean (or smallest)
+/// distance of their stored appearance leaves an affinity above the threshold. By motion alone they
+/// must lead to each other (`motion_reach`).
 /// Pairs are merged best first, all affected pairs judged anew after each merge, until none is
 /// left.
 class TrackletAssociation {
@@ -48,6 +49,7 @@ class TrackletAssociation {
 
  private:
   bool within_reach(const mot::Cxcywh& predicted, const mot::Cxcywh& first) const;
+  std::optional<AssociationPair> judge_motion(int frame, Tracklet& older, Tracklet& newer) const;
   std::optional<AssociationPair> judge(int frame, Tracklet& older, Tracklet& newer) const;
   void judge_all(int frame, const std::vector<Tracklet*>& tracklets, Tracklet& with);
   const AssociationPair& best() const;

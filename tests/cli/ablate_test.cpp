@@ -93,7 +93,7 @@ TEST_F(Ablate, AllRowsWithFramesAndTheSameOnesAgain) {
   ASSERT_EQ(second.exit_code, 0) << second.err;
   const auto found = rows("a.json");
   EXPECT_EQ(found, rows("b.json"));
-  EXPECT_EQ(found.size(), 12U);
+  EXPECT_EQ(found.size(), 13U);
   for (const auto& each : found) {
     EXPECT_TRUE(each.contains("mota")) << each.dump();
     EXPECT_TRUE(each.at("sequences").contains("scene"));

@@ -42,6 +42,7 @@ std::string error(const std::string& name, const std::string& value) {
 
 TEST(TrackerOptions, PresetsAreValid) {
   EXPECT_NO_THROW(TrackerOptions::tuned().validate());
+  EXPECT_NO_THROW(TrackerOptions::online().validate());
   EXPECT_NO_THROW(TrackerOptions::paper().validate());
   EXPECT_EQ(TrackerOptions::paper().auto_delay(), 92 + 10 + 20);  // about four seconds
   EXPECT_THROW(Tracker(with("lambda", "2")), std::invalid_argument);
@@ -113,7 +114,9 @@ TEST(TrackerOptionTable, ReadsEveryKindOfValue) {
 // The files in configs/ are the presets: whoever changes one must change the other.
 TEST(TrackerOptionTable, ConfigFilesAreThePresets) {
   const std::pair<const char*, TrackerOptions> files[] = {
-      {"track-tuned.json", TrackerOptions::tuned()}, {"track-paper.json", TrackerOptions::paper()}};
+      {"track-tuned.json", TrackerOptions::tuned()},
+      {"track-online.json", TrackerOptions::online()},
+      {"track-paper.json", TrackerOptions::paper()}};
   for (const auto& [name, preset] : files) {
     const std::string path = std::string(SDMT_TESTS_DIR) + "/../configs/" + name;
     std::ifstream file(path);

@@ -271,6 +271,36 @@ TEST(Tracker, WeakDetectionsContinueButDoNotStartTracks) {
   for (const auto& frame : all) EXPECT_EQ(frame.boxes.size(), 1u) << frame.frame;
 }
 
+TEST(Tracker, LooksBackAtWeakDetectionsOnceItIsSure) {
+  TrackerOptions options;
+  options.motion.look_back = 8;
+  const auto first_frame = [&options](bool elsewhere) {
+    Tracker tracker(options);
+    std::vector<FinishedFrame> all;
+    for (int frame = 1; frame <= 40; ++frame) {
+      std::vector<mot::Detection> detections = detect({walker(frame)}, frame < 20 ? 0.4 : 0.9);
+      if (frame < 20 && elsewhere) detections[0].box.left += 60;
+      for (const auto& done : tracker.update(detections)) all.push_back(done);
+    }
+    for (const auto& done : tracker.finish()) all.push_back(done);
+    for (const auto& frame : all) {
+      if (frame.boxes.empty()) continue;
+      EXPECT_EQ(frame.boxes[0].source, BoxSource::detected);
+      EXPECT_EQ(frame.boxes[0].score, frame.frame < 20 ? 0.4 : 0.9);
+      EXPECT_NEAR(frame.boxes[0].box.left, walker(frame.frame).box.left, 2) << frame.frame;
+      return frame.frame;
+    }
+    return 0;
+  };
+  EXPECT_EQ(first_frame(false), 12);
+  EXPECT_EQ(first_frame(true), 20);
+  options.output.delay = 0;  // frames before are out
+  EXPECT_EQ(first_frame(false), 25);
+  options.output.delay = OutputOptions::kAutoDelay;
+  options.motion.look_back = 0;
+  EXPECT_EQ(first_frame(false), 20);
+}
+
 TEST(Tracker, DuplicatesAndLowScoresAreDropped) {
   TrackerOptions options;
   options.input.min_confidence = 0.3;

@@ -27,6 +27,11 @@ class Association : public ::testing::Test {
     tracklet->state.mean = {first_left + 20 + 2.0 * (last_frame - first_frame), 100, 40, 90};
     tracklet->state.velocity = {2, 0, 0, 0};
     tracklet->misses = 1;
+    for (int frame = first_frame; frame <= last_frame; ++frame) {
+      mot::Cxcywh box = tracklet->first_box;
+      box.cx += 2.0 * (frame - first_frame);
+      tracklet->history.append(frame, box, box, 0.9, BoxSource::detected);
+    }
     const double angle = degrees * 3.14159265358979 / 180;
     tracklet->gallery.add(std::vector<float>{static_cast<float>(std::cos(angle)),
                                              static_cast<float>(std::sin(angle))});
@@ -110,10 +115,37 @@ TEST_F(Association, ByAppearanceReachesBeyondTheBox) {
     add(2, 40, 60, 78 + shift);
     EXPECT_EQ(run().size(), joined ? 1u : 0u) << shift;
   }
+}
+
+TEST_F(Association, ByMotionTheyMustLeadToEachOtherAndBeAsTall) {
+  options_.association.motion_reach = 0.5;
+  for (const auto& [shift, joined] :
+       std::vector<std::pair<double, bool>>{{44, true}, {46, false}, {-44, true}}) {
+    tracklets_.clear();
+    add(1, 1, 20, 0);
+    add(2, 40, 60, 78 + shift);
+    EXPECT_EQ(run(false).size(), joined ? 1u : 0u) << shift;
+  }
+  EXPECT_EQ(verdict(1, 2), AssociationVerdict::merged);
+  // Where it was expected, but it comes from elsewhere: as fast the other way.
   tracklets_.clear();
   add(1, 1, 20, 0);
-  add(2, 40, 60, 78 + 41);  // a pixel beyond the box, which is 40 wide
-  EXPECT_THAT(run(false), IsEmpty()) << "motion alone must not reach that far";
+  Tracklet& other = add(2, 40, 60, 78);
+  other.history = TrackHistory(rules_);
+  for (int frame = 40; frame <= 60; ++frame) {
+    const mot::Cxcywh box{98 - 2.0 * (frame - 40), 100, 40, 90};
+    other.history.append(frame, box, box, 0.9, BoxSource::detected);
+  }
+  EXPECT_THAT(run(false), IsEmpty());
+  EXPECT_EQ(verdict(1, 2), AssociationVerdict::too_far);
+  // A child is no grown-up.
+  for (const auto& [height, joined] :
+       std::vector<std::pair<double, bool>>{{61, true}, {59, false}, {134, true}, {136, false}}) {
+    tracklets_.clear();
+    add(1, 1, 20, 0);
+    add(2, 40, 60, 78).first_box.height = height;
+    EXPECT_EQ(run(false).size(), joined ? 1u : 0u) << height;
+  }
 }
 
 TEST_F(Association, NeedsAGapWithinTheHorizon) {

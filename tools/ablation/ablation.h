@@ -49,9 +49,10 @@ struct AblationVariant {
 };
 
 /// The six rows of the paper's table by its rules, SORT, ByteTrack online and smoothed and filled
-/// as ours, and the tuned preset with the network, with colour histograms and by motion alone.
-/// `calibration` is that of the detector; only ByteTrack and the tuned rows use it, the paper takes
-/// scores as they are.
+/// as ours, the tuned preset with the network, with colour histograms and by motion alone, and the
+/// online one by motion alone.
+/// `calibration` is that of the detector; only ByteTrack, the tuned and the online rows use it, the
+/// paper takes scores as they are.
 std::vector<AblationVariant> ablation_variants(
     const std::optional<track::ScoreCalibration>& calibration);
 

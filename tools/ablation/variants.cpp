@@ -13,6 +13,8 @@ std::vector<AblationVariant> ablation_variants(
   };
   TrackerOptions tuned = TrackerOptions::tuned();
   tuned.input.calibration = calibration;
+  TrackerOptions online = TrackerOptions::online();
+  online.input.calibration = calibration;
   constexpr auto kNetwork = VariantAppearance::network;
   constexpr auto kHistogram = VariantAppearance::histogram;
   constexpr auto kNone = VariantAppearance::none;
@@ -66,6 +68,7 @@ std::vector<AblationVariant> ablation_variants(
       {"tuned", "tuned", kNetwork, tuned, {}, {}},
       {"tuned, colour histogram", "tuned, hist.", kHistogram, tuned, {}, {}},
       {"tuned, no appearance", "tuned, motion", kNone, tuned, {}, {}},
+      {"online, no appearance", "online, motion", kNone, online, {}, {}},
   };
   return rows;
 }

@@ -47,8 +47,9 @@ class KalmanFilter {
   KalmanState start(const mot::Cxcywh& box) const;
   /// The state `frames` >= 0 frames later.
   KalmanState predict(const KalmanState& state, int frames = 1) const;
-  /// The state after seeing `box`. The covariance stays positive definite (Joseph form).
-  KalmanState update(const KalmanState& state, const mot::Cxcywh& box) const;
+  /// The state after seeing `box`, whose noise is `looseness` > 0 times that of measurements. The
+  /// covariance stays positive definite (Joseph form).
+  KalmanState update(const KalmanState& state, const mot::Cxcywh& box, double looseness = 1) const;
   /// How much of a surprise `frames` after `state` goes back into it.
   SmootherGain smoother_gain(const KalmanState& state, int frames) const;
 

@@ -50,12 +50,18 @@ struct MotionOptions {
   double velocity_noise = 1.0 / 80;  ///< per frame; > 0
   /// Predictions in a row without a detection after which a tracklet is inactive; >= 1.
   int max_misses = 6;
+  /// A box of score 0 counts as 1 + score_noise times as noisy as one of score 1; >= 0. Detectors
+  /// are unsure of people who are half hidden, and their boxes are then off too.
+  double score_noise = 1;
+  /// Frames before its first box in which a tracklet, once it is positive, takes boxes that no
+  /// tracklet took (weak ones, mostly) where it must have come from; 0: none.
+  int look_back = 10;
 };
 
 /// Which detection continues which tracklet (section III-D).
 struct AssignmentOptions {
   double min_iou = 0.3;         ///< tau_m, strictly above; 0..1
-  double weak_iou = 0.3;        ///< the same for weak detections
+  double weak_iou = 0.4;        ///< the same for weak detections, and for looking back
   double lambda = 0.5;          ///< weight of appearance in the affinity (equation 4), 0..1
   bool appearance_gate = true;  ///< off: tau_a does not restrict assignment
   /// Maps min_iou..1 and tau_a..1 to 0..1 before the two affinities are mixed. The gates leave
@@ -108,19 +114,23 @@ struct BoostingOptions {
 /// Tracklet association (section III-G).
 struct AssociationOptions {
   bool enabled = true;
-  /// Without an appearance model: associate by motion alone (nearest prediction first) or not at
-  /// all, as the paper's row "without appearance modelling".
+  /// Without an appearance model: associate by motion alone or not at all, as the paper's row
+  /// "without appearance modelling".
   bool by_motion = true;
+  /// By motion alone two tracklets must lead to each other: the older one's prediction may miss the
+  /// newer one's first box, and the newer one, followed backwards, the older one's last box by this
+  /// much (distance of the centres in mean heights), and neither may be more than half as tall
+  /// again as the other; > 0 and <= 100.
+  double motion_reach = 0.6;
   int interval = 20;  ///< frames; >= 1
   /// Predictions after MotionOptions::max_misses for which a tracklet can be associated; >= 0.
   int horizon = 90;
   /// Affinity of two tracklets must be strictly above. Default: tau_a.
   std::optional<double> threshold;
   /// Judged by appearance, a newer tracklet may begin this far from the older one's prediction:
-  /// distance of the centres in mean heights, strictly below; 0..100. 0, and always by motion
-  /// alone: the boxes must overlap (IoU > 0), as in the paper. A standing person's box is narrow,
-  /// so that overlap forgives a whole height up and down but a third of one sideways, where people
-  /// go.
+  /// distance of the centres in mean heights, strictly below; 0..100. 0: the boxes must overlap
+  /// (IoU > 0), as in the paper. A standing person's box is narrow, so that overlap forgives a
+  /// whole height up and down but a third of one sideways, where people go.
   double reach = 1;
   /// The best candidate of the oldest tracklet first, as the paper's listing; off: the best pair
   /// first.
@@ -130,7 +140,7 @@ struct AssociationOptions {
 /// What comes out.
 struct OutputOptions {
   FillGaps fill = FillGaps::all;
-  int max_fill = 25;  ///< longest gap to fill, in missing frames; >= 1
+  int max_fill = 60;  ///< longest gap to fill, in missing frames; >= 1
   ReportBox report = ReportBox::smoothed;
   double smoothing_position_noise = 1.0 / 100;  ///< as position_noise, of the smoother's motion
   double smoothing_velocity_noise = 1.0 / 320;  ///< as velocity_noise
@@ -159,10 +169,16 @@ struct TrackerOptions {
   /// The paper to the letter; where it is silent, as docs/tracking.md says.
   static TrackerOptions paper();
   static TrackerOptions tuned() { return {}; }
+  /// What is known at once is said at once: every frame reported when it comes, a person from the
+  /// second detection on, and remembered by assignment alone, which needs no second thoughts.
+  static TrackerOptions online();
 
+  /// The most frames that a tracklet, which gets its detections, takes to be long enough.
+  int confirmation_frames() const;
   /// The lag, in frames, at which the tracker decides about a frame when nothing shortens it:
-  /// a gap, the frames until the tracklet behind it is long enough, and the wait for the next
-  /// association. A longer delay changes no output, only when it comes.
+  /// a gap, the boxes found by looking back, the frames until the tracklet behind it is long
+  /// enough, and the wait for the next association. A longer delay changes no output, only when it
+  /// comes.
   int auto_delay() const;
   /// The lag at which it does: the delay or auto_delay(), whichever is less.
   int decision_lag() const;
