@@ -27,6 +27,7 @@
 #include "cli/console.h"
 #include "cli/stop_signal.h"
 #include "sdmt/io/checked_value.h"
+#include "sdmt/nn/simd_target.h"
 
 namespace {
 
@@ -56,6 +57,7 @@ void add_commands(CLI::App& app) {
   add_embed_command(app);
   add_init_model_command(app);
   add_inspect_command(app);
+  add_manual_command(app);
   add_bench_command(app);
   add_train_embedder_command(app);
   add_track_command(app);
@@ -81,6 +83,12 @@ void add_shared_options(CLI::App& app) {
          "--threads", [](int threads) { omp_set_num_threads(threads); },
          "Threads to use [all cores]; the results do not depend on it")
       ->check(CLI::Range(1, 1024));
+}
+
+// What to tell whoever asks what went wrong: version, compiler, instruction set, OpenCV.
+std::string version_text() {
+  return fmt::format("sdmt {} ({}, {}, OpenCV {})", SDMT_VERSION, SDMT_BUILD,
+                     sdmt::nn::simd_target(), cv::getVersionString());
 }
 
 // The libraries that we use must neither print nor start threads of their own.
@@ -130,7 +138,7 @@ int run(int argc, char** argv) {
   CLI::App app{"Deep similarity metric learning for real-time pedestrian tracking"};
   app.name("sdmt");
   app.formatter(std::make_shared<HelpFormatter>());
-  app.set_version_flag("--version", std::string("sdmt ") + SDMT_VERSION);
+  app.set_version_flag("--version", version_text);
   app.require_subcommand(1);
   add_commands(app);
   add_shared_options(app);

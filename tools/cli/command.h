@@ -18,6 +18,7 @@ void add_embed_command(CLI::App& app);
 void add_evaluate_command(CLI::App& app);
 void add_init_model_command(CLI::App& app);
 void add_inspect_command(CLI::App& app);
+void add_manual_command(CLI::App& app);
 void add_synth_reid_command(CLI::App& synth);
 void add_synth_scene_command(CLI::App& synth);
 void add_track_command(CLI::App& app);
