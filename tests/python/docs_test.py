@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every block of Python in the documentation runs, page by page, each page in one name space."""
+"""Every block of Python and of shell (```sh) in the documentation runs, page by page."""
 import contextlib
 import io
 import os
 import re
+import subprocess
 import tempfile
 import unittest
 from pathlib import Path
@@ -37,26 +38,33 @@ class Docs(unittest.TestCase):
             "network": network, "draw": lambda *drawn: None,
             "crop_vectors": random.normal(size=(20, 8)), "person_ids": np.repeat(range(1, 6), 4),
         }
-        blocks = re.findall(r"^```python\n(.*?)^```", (DOCS / page).read_text(), re.M | re.S)
-        self.assertGreater(len(blocks), 0)
-        for block in blocks:
-            with self.subTest(page=page, block=block), contextlib.redirect_stdout(io.StringIO()):
-                exec(compile(block, page, "exec"), names)
+        blocks = re.findall(r"^```(python|sh)\n(.*?)^```", page.read_text(), re.M | re.S)
+        for language, block in blocks:
+            with self.subTest(page=page.name, block=block):
+                if language == "sh":
+                    run = subprocess.run(["bash", "-ec", block], capture_output=True, text=True)
+                    self.assertEqual(run.returncode, 0, run.stderr)
+                else:
+                    with contextlib.redirect_stdout(io.StringIO()):
+                        exec(compile(block, page.name, "exec"), names)
+        return len(blocks)
 
     def test_pages(self):
         with tempfile.TemporaryDirectory() as folder:
             before = os.getcwd()
             os.chdir(folder)
+            path = os.environ["PATH"]
+            os.environ["PATH"] = f"{Path(os.environ['SDMT_BINARY']).parent}:{path}"
             try:
                 support.write_sequence("scene")
                 os.mkdir("results")
                 support.sdmt("synth", "reid", "--output", "people", "--identities", "20")
-                pages = [p.name for p in sorted(DOCS.glob("*.md")) if "```python" in p.read_text()]
-                self.assertIn("python.md", pages)
-                for page in pages:
-                    self.run_page(page)
+                support.sdmt("track", "scene", "--no-appearance", "--render", "video.mp4")
+                blocks = sum(self.run_page(page) for page in sorted(DOCS.rglob("*.md")))
+                self.assertGreater(blocks, 20)
             finally:
                 os.chdir(before)
+                os.environ["PATH"] = path
 
 
 if __name__ == "__main__":
