@@ -9,4 +9,13 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/sdmt-config.cmake.in
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/sdmt-config-version.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/sdmt-config.cmake ${PROJECT_BINARY_DIR}/sdmt-config-version.cmake
-  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sdmt)
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sdmt COMPONENT libsdmt-dev)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/examples
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libsdmt-dev COMPONENT libsdmt-dev)
+install(FILES ${PROJECT_SOURCE_DIR}/models/README.md
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/sdmt-models COMPONENT sdmt-models)
+
+# Removes what `cmake --install` (or the target install) put somewhere, and folders left empty.
+add_custom_target(uninstall COMMAND ${CMAKE_COMMAND}
+  -DMANIFEST=${PROJECT_BINARY_DIR}/install_manifest.txt
+  -P ${PROJECT_SOURCE_DIR}/cmake/uninstall.cmake)

@@ -37,9 +37,9 @@ function(sdmt_add_module name)
     PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
   target_link_libraries(sdmt_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   install(TARGETS sdmt_${name} EXPORT sdmt-${name}-targets
-    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT libsdmt-dev)
   install(EXPORT sdmt-${name}-targets NAMESPACE sdmt::
-    DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sdmt)
-  install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+    DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sdmt COMPONENT libsdmt-dev)
+  install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT libsdmt-dev)
   set_property(GLOBAL APPEND PROPERTY SDMT_MODULES ${name})
 endfunction()

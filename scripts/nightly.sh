@@ -142,12 +142,9 @@ arm() {
     libgmock-dev googletest libgomp1)
   for package in build-arm/packages/*.deb; do dpkg-deb -x "$package" $root; done
   cp -r /usr/include/nlohmann $root/usr/include/
-  cmake -S . -B build-arm -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_SYSTEM_NAME=Linux \
-    -DCMAKE_SYSTEM_PROCESSOR=aarch64 -DCMAKE_CXX_COMPILER=aarch64-linux-gnu-g++ \
-    -DCMAKE_FIND_ROOT_PATH="$PWD/$root;/usr" -DCMAKE_FIND_ROOT_PATH_MODE_PROGRAM=NEVER \
-    -DCMAKE_PREFIX_PATH="$PWD/$root/usr;$PWD/$root/usr/lib/aarch64-linux-gnu" \
-    -DSDMT_BUILD_TOOLS=OFF -DSDMT_BUILD_TRAIN=OFF -DSDMT_BUILD_TESTS=ON \
-    -DCMAKE_CROSSCOMPILING_EMULATOR="qemu-aarch64;-L;/usr/aarch64-linux-gnu;-E;LD_LIBRARY_PATH=$PWD/$root/usr/lib/aarch64-linux-gnu"
+  cmake -S . -B build-arm -G Ninja --toolchain cmake/aarch64-linux-gnu.cmake \
+    -DSDMT_SYSROOT="$PWD/$root" -DCMAKE_BUILD_TYPE=Release \
+    -DSDMT_BUILD_TOOLS=OFF -DSDMT_BUILD_TRAIN=OFF -DSDMT_BUILD_TESTS=ON
   cmake --build build-arm --parallel "$jobs"
   ctest --test-dir build-arm --output-on-failure -R '^(nn|track|eval)\.'
 }
