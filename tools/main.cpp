@@ -53,6 +53,7 @@ class HelpFormatter : public CLI::Formatter {
 void add_commands(CLI::App& app) {
   add_ablate_command(app);
   add_evaluate_command(app);
+  add_count_command(app);
   add_detect_command(app);
   add_embed_command(app);
   add_init_model_command(app);

@@ -17,6 +17,7 @@
 #include "cli/stop_signal.h"
 #include "cli/tracker_arguments.h"
 #include "report/run_report_text.h"
+#include "report/zone_counts_text.h"
 #include "sdmt/io/output_file.h"
 #include "sdmt/mot/sequence.h"
 #include "sdmt/pipeline/association_log.h"
@@ -24,6 +25,7 @@
 #include "sdmt/pipeline/frame_source.h"
 #include "sdmt/pipeline/sequence_runner.h"
 #include "sdmt/pipeline/track_writers.h"
+#include "sdmt/pipeline/zone_writer.h"
 
 namespace sdmt::tools {
 
@@ -38,6 +40,8 @@ struct TrackCommand {
   std::string render;
   std::string json;
   std::string explain;
+  std::string zones;
+  pipeline::ZoneFiles zone_files;
   bool stats = false;
   DetectionArguments detections;
   TrackerArguments tracker;
@@ -51,6 +55,8 @@ struct TrackCommand {
   void check_outputs(const pipeline::DetectionSource& boxes) const;
   // Throws when the sequence has no images and something needs them.
   void check_images(const pipeline::FrameSource& frames, pipeline::DetectionSource& boxes) const;
+  // The zones for the input's picture. Throws when they do not fit it.
+  zones::ZonePlan zone_plan(const pipeline::FrameSource& frames) const;
   // Throws when the boxes bring embeddings along that cannot be used as the options say.
   void check_embeddings(pipeline::DetectionSource& boxes) const;
   void report(const pipeline::RunReport& report) const;
@@ -67,6 +73,12 @@ class Outputs {
       writers_.push_back(
           pipeline::make_video_writer(command.render, command.input, frames, unreadable_));
     }
+    if (!command.zones.empty()) {
+      auto writer = std::make_unique<pipeline::ZoneWriter>(command.zone_plan(frames),
+                                                           frames.frame_rate(), command.zone_files);
+      zones_ = writer.get();
+      writers_.push_back(std::move(writer));
+    }
     if (!command.json.empty()) json_.emplace(command.json);
     if (!command.explain.empty()) explanation_.emplace(command.explain, tracker);
   }
@@ -76,6 +88,7 @@ class Outputs {
     return std::any_of(writers_.begin(), writers_.end(),
                        [](const auto& writer) { return writer->needs_images(); });
   }
+  const pipeline::ZoneWriter* zones() const { return zones_; }
   void read(const pipeline::Frame& frame) {
     for (const auto& writer : writers_) writer->read(frame);
   }
@@ -95,14 +108,16 @@ class Outputs {
  private:
   pipeline::UnreadableFrames unreadable_;
   std::vector<std::unique_ptr<pipeline::TrackWriter>> writers_;
+  const pipeline::ZoneWriter* zones_ = nullptr;  // one of them
   std::optional<io::OutputFile> json_;
   std::optional<pipeline::AssociationLog> explanation_;
 };
 
 void TrackCommand::check_wanted() const {
-  if (output.empty() && jsonl.empty() && render.empty() && json.empty() && !stats) {
+  if (output.empty() && jsonl.empty() && render.empty() && json.empty() && zones.empty() &&
+      !stats) {
     throw std::invalid_argument(
-        "nothing to do: give --output, --jsonl, --render, --json or --stats");
+        "nothing to do: give --output, --jsonl, --render, --zones, --json or --stats");
   }
 }
 
@@ -110,12 +125,31 @@ void TrackCommand::check_outputs(const pipeline::DetectionSource& boxes) const {
   tools::check_outputs({{"INPUT", input},
                         {"--detections", boxes.file()},
                         {"--detector", detections.detector},
-                        {"--model", tracker.model}},
+                        {"--model", tracker.model},
+                        {"--zones", zones}},
                        {{"--output", output},
                         {"--jsonl", jsonl},
                         {"--render", render},
                         {"--json", json},
-                        {"--explain", explain}});
+                        {"--explain", explain},
+                        {"--events", zone_files.events},
+                        {"--counts", zone_files.counts},
+                        {"--heat-map", zone_files.heat_map}});
+}
+
+zones::ZonePlan TrackCommand::zone_plan(const pipeline::FrameSource& frames) const {
+  const zones::ZonePlan plan = zones::read_zone_plan(zones);
+  if (!(frames.frame_rate() > 0)) {
+    throw std::invalid_argument(
+        input +
+        ": how many frames a second it has is not known, and --zones counts in seconds; "
+        "expected a video, or a sequence whose seqinfo.ini has a frameRate");
+  }
+  const auto picture = pipeline::picture_size(input);
+  if (picture.width > 0) return plan.in_picture(picture.width, picture.height);
+  if (plan.width > 0) return plan;
+  throw std::invalid_argument(zones + ": the size of the input's picture is not known; expected " +
+                              "\"picture\": [width, height]");
 }
 
 void TrackCommand::check_embeddings(pipeline::DetectionSource& boxes) const {
@@ -199,6 +233,9 @@ void TrackCommand::run() const {
   }
   outputs.commit(run);
   report(run);
+  if (outputs.zones() != nullptr) {
+    say(jsonl == "-" ? stderr : stdout, "{}", zone_counts_text(outputs.zones()->counter()));
+  }
   if (run.failure != nullptr) std::rethrow_exception(run.failure);
   if (stop.requested() || run.boxes_ended) return;
   if (frames->endless() || (run.ended_early && !frames->repeatable())) {
@@ -230,6 +267,16 @@ void add_track_command(CLI::App& app) {
   sub->add_option("--explain", command->explain,
                   "CSV of which tracks were joined, and why others were not")
       ->type_name("FILE");
+  sub->add_option("--zones", command->zones,
+                  "Count people who cross lines and stay in areas, JSON (docs/zones.md)")
+      ->type_name("FILE");
+  const auto add_zone_file = [&](const char* name, std::string& file, const char* help) {
+    sub->add_option(name, file, help)->type_name("FILE")->needs("--zones");
+  };
+  add_zone_file("--events", command->zone_files.events,
+                "What happened in the zones, a JSON object a line");
+  add_zone_file("--counts", command->zone_files.counts, "Counts in all and by the hour, CSV");
+  add_zone_file("--heat-map", command->zone_files.heat_map, "Where people stood how long, PNG");
   sub->add_flag("--stats", command->stats, "Print milliseconds by stage");
   add_tracker_arguments(*sub, command->tracker);
   sub->callback([command] { command->run(); });
