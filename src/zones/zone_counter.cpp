@@ -35,7 +35,8 @@ const char* to_string(EventKind kind) {
 
 void ZoneCounterOptions::validate() const {
   io::require_in("margin", margin, 0, 1);
-  io::require_in("forget", forget, 0.1, 3600);
+  io::require_in("forget", forget, 0.1, 600);
+  io::require_in("remember", remember, forget, 3600);
 }
 
 ZoneCounter::ZoneCounter(ZonePlan plan, ZoneCounterOptions options)
@@ -128,8 +129,7 @@ void ZoneCounter::forget_people() {
   for (auto person = people_.begin(); person != people_.end();) {
     const double unseen = time_ - person->second.seen;
     if (!person->second.gone && unseen > options_.forget) lose(person->first, person->second);
-    // Those who have gone are kept as long again: the tracker may still know them better.
-    person = unseen > 2 * options_.forget ? people_.erase(person) : std::next(person);
+    person = unseen > options_.remember ? people_.erase(person) : std::next(person);
   }
 }
 

@@ -142,7 +142,7 @@ TEST(ZoneCounter, CountsRandomWalksAsGeometryDoes) {
                    {250, 150}}};
   for (int round = 0; round < 30; ++round) {
     const Line line{"line", somewhere(), somewhere()};
-    Clock clock(plan({line}, {star}), {.margin = 0, .forget = 10});
+    Clock clock(plan({line}, {star}), {.margin = 0});
     constexpr int kPeople = 6;
     struct Walker {
       Point at, goal;
@@ -314,6 +314,7 @@ TEST(ZoneCounter, RefusesTimeThatGoesBack) {
 TEST(ZoneCounter, RefusesOptionsOutOfRange) {
   EXPECT_THROW(ZoneCounter(plan({kDoor}, {}), {.margin = -0.1}), std::invalid_argument);
   EXPECT_THROW(ZoneCounter(plan({kDoor}, {}), {.forget = 0}), std::invalid_argument);
+  EXPECT_THROW(ZoneCounter(plan({kDoor}, {}), {.forget = 5, .remember = 4}), std::invalid_argument);
   EXPECT_THROW(ZoneCounter(plan({}, {})), std::invalid_argument);
 }
 

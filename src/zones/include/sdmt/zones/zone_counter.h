@@ -56,9 +56,11 @@ struct ZoneCounterOptions {
   /// the height of the box: who stands on a line does not cross it again and again. 0..1. In an
   /// area never more than half of its depth.
   double margin = 0.05;
-  /// Seconds after which a person who is not seen has gone. Keep it at or above the horizon within
-  /// which the tracker joins tracks. 0.1..3600.
-  double forget = 10;
+  /// Seconds after which a person who is not reported any more has gone. 0.1..600.
+  double forget = 2;
+  /// Seconds for which it is remembered who has gone, should the tracker find out later that
+  /// somebody else is the same person; at least `forget`, at most 3600.
+  double remember = 60;
 
   /// Throws std::invalid_argument for a value outside of its range.
   void validate() const;
@@ -67,7 +69,7 @@ struct ZoneCounterOptions {
 /// Counts people who cross lines and stay in areas, by the middle of the lower edge of their boxes.
 /// A count is final but for ids that the tracker joins later: those are corrected.
 ///
-/// Memory depends on the people of the last `forget` seconds and on the hours counted.
+/// Memory depends on the people of the last `remember` seconds and on the hours counted.
 class ZoneCounter {
  public:
   /// Throws std::invalid_argument as ZonePlan::validate() and ZoneCounterOptions::validate().
