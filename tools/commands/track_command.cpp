@@ -47,6 +47,8 @@ struct TrackCommand {
   TrackerArguments tracker;
 
   void run() const;
+  // The zones for the input's picture. Throws when they do not fit it.
+  zones::ZonePlan zone_plan(const pipeline::FrameSource& frames) const;
 
  private:
   // Throws when no output is wanted.
@@ -55,8 +57,6 @@ struct TrackCommand {
   void check_outputs(const pipeline::DetectionSource& boxes) const;
   // Throws when the sequence has no images and something needs them.
   void check_images(const pipeline::FrameSource& frames, pipeline::DetectionSource& boxes) const;
-  // The zones for the input's picture. Throws when they do not fit it.
-  zones::ZonePlan zone_plan(const pipeline::FrameSource& frames) const;
   // Throws when the boxes bring embeddings along that cannot be used as the options say.
   void check_embeddings(pipeline::DetectionSource& boxes) const;
   void report(const pipeline::RunReport& report) const;
