@@ -65,10 +65,8 @@ macro(sdmt_deb component)
   endforeach()
 endmacro()
 
-math(EXPR next "${Python_VERSION_MINOR} + 1")
-set(next_python "${Python_VERSION_MAJOR}.${next}")
 sdmt_deb(sdmt SECTION science SUMMARY "online pedestrian tracking"
-  TEXT "Tracks people through videos, cameras and image sequences by motion and by a\nnetwork that tells people apart; trains and validates such networks, and\nscores tracks as the MOTChallenge benchmarks do."
+  TEXT "Tracks people through videos, cameras and image sequences by motion and by a\nnetwork that tells people apart. Trains and validates such networks, and\nscores tracks as the MOTChallenge benchmarks do."
   DEPENDS "sdmt-models (= ${version})")
 sdmt_deb(sdmt-models SECTION science SUMMARY "networks of sdmt that tell people apart"
   TEXT "Weights that turn a picture of a person into a vector: the paper's network and\na small one. Their cards say what they were trained on.")
@@ -78,10 +76,15 @@ sdmt_deb(libsdmt-dev SECTION libdevel SUMMARY "online pedestrian tracking, devel
   TEXT "Header and link of the C interface, and the static C++ libraries of sdmt with\ntheir headers, CMake and pkg-config files and examples."
   DEPENDS "libsdmt0 (= ${version})"
   SUGGESTS "libhwy-dev, libopencv-dev, libfmt-dev, g++, cmake")
-sdmt_deb(python3-sdmt SECTION python SUMMARY "online pedestrian tracking, Python module"
-  TEXT "Trackers, embedding networks, scores and training of sdmt for NumPy arrays."
-  DEPENDS "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}~), python3 (<< ${next_python}), python3-numpy"
-  RECOMMENDS "sdmt-models (= ${version})")
+if(TARGET _sdmt)
+  math(EXPR next "${Python_VERSION_MINOR} + 1")
+  set(python ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR})
+  sdmt_deb(python3-sdmt SECTION python SUMMARY "online pedestrian tracking, Python module"
+    TEXT "Trackers, embedding networks, scores and training of sdmt for NumPy arrays."
+    DEPENDS
+      "python3 (>= ${python}~), python3 (<< ${Python_VERSION_MAJOR}.${next}), python3-numpy"
+    RECOMMENDS "sdmt-models (= ${version})")
+endif()
 set(CPACK_DEBIAN_SDMT-MODELS_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_SDMT-MODELS_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_LIBSDMT-DEV_PACKAGE_SHLIBDEPS OFF)
