@@ -12,7 +12,7 @@ endif()
 set(work ${PROJECT_BINARY_DIR}/packaging)
 set(SDMT_CONTACT "SDMT developers <sdmt@example.org>" CACHE STRING "Maintainer of the packages")
 foreach(package hwy OpenCV fmt nlohmann_json CLI11 pybind11)
-  if(NOT ${package}_VERSION)
+  if(NOT ${package}_VERSION AND NOT package STREQUAL "pybind11")
     find_package(${package} QUIET)
   endif()
   set(SDMT_${package}_VERSION NOASSERTION)  # SPDX for: not known
