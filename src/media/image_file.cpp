@@ -6,7 +6,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <exception>
 #include <memory>
 #include <new>
 #include <opencv2/core.hpp>
@@ -14,6 +13,7 @@
 #include <stdexcept>
 
 #include "image_truncation.h"
+#include "sdmt/io/first_error.h"
 
 namespace sdmt::media {
 
@@ -88,19 +88,18 @@ std::vector<std::uint8_t> encode_jpeg(const image::Image& image, int quality) {
 
 std::vector<std::optional<image::Image>> read_images(std::span<const std::filesystem::path> paths) {
   std::vector<std::optional<image::Image>> images(paths.size());
-  std::exception_ptr failure;  // an exception must not leave the loop
+  io::FirstError error;
 #pragma omp parallel for schedule(dynamic)
   for (std::size_t i = 0; i < paths.size(); ++i) {
-    try {
-      images[i] = read_image(paths[i]);
-    } catch (const std::invalid_argument&) {
-    } catch (const std::runtime_error&) {  // left out, as every other that cannot be read
-    } catch (...) {
-#pragma omp critical(sdmt_read_images)
-      failure = std::current_exception();
-    }
+    error.guard([&] {
+      try {
+        images[i] = read_image(paths[i]);
+      } catch (const std::invalid_argument&) {
+      } catch (const std::runtime_error&) {  // left out, as every other that cannot be read
+      }
+    });
   }
-  if (failure) std::rethrow_exception(failure);
+  error.rethrow();
   return images;
 }
 

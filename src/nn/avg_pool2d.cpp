@@ -32,6 +32,7 @@ void AvgPool2d::infer(const Tensor& x, Tensor& y) const {
   const int kh = options_.kernel_height, kw = options_.kernel_width;
   const auto channels = static_cast<std::ptrdiff_t>(in.c);
   const float scale = 1.0F / static_cast<float>(kh * kw);
+  // nothing throws
 #pragma omp parallel for schedule(static)
   for (int row = 0; row < out.n * out.h; ++row) {
     const int n = row / out.h, by = row % out.h;
@@ -56,6 +57,7 @@ void AvgPool2d::backward(const Tensor& x, const Tensor& /*y*/, const Tensor& dy,
   const int kh = options_.kernel_height, kw = options_.kernel_width;
   const auto channels = static_cast<std::ptrdiff_t>(in.c);
   const float scale = 1.0F / static_cast<float>(kh * kw);
+  // nothing throws
 #pragma omp parallel for schedule(static)
   for (int row = 0; row < in.n * in.h; ++row) {
     const int n = row / in.h, y_in = row % in.h;

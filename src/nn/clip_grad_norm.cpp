@@ -17,6 +17,7 @@ double squared_norm(const Tensor& tensor) {
   constexpr std::int64_t kPart = 1 << 16;
   const auto size = static_cast<std::int64_t>(tensor.size());
   std::vector<double> sums((size + kPart - 1) / kPart);
+  // nothing throws
 #pragma omp parallel for schedule(static)
   for (std::size_t part = 0; part < sums.size(); ++part) {
     const std::int64_t begin = static_cast<std::int64_t>(part) * kPart;

@@ -10,6 +10,7 @@
 #include "kernels/im2col.h"
 #include "kernels/rgb_convolution.h"
 #include "kernels/scratch.h"
+#include "sdmt/io/first_error.h"
 #include "sdmt/nn/max_pool2d.h"
 #include "sdmt/nn/relu.h"
 
@@ -113,21 +114,25 @@ void Convolution::forward_im2col(const Tensor& x, const ConvolutionEpilogue& epi
   const Shape out = y.shape();
   const WindowGeometry g = geometry_of(options_, x.shape(), out);
   const std::int64_t blocks = (g.windows() + kWindowsPerBlock - 1) / kWindowsPerBlock;
+  io::FirstError error;
 #pragma omp parallel for collapse(2) schedule(dynamic)
   for (int image = 0; image < out.n; ++image) {
     for (std::int64_t block = 0; block < blocks; ++block) {
-      const std::int64_t first = block * kWindowsPerBlock;
-      const std::int64_t count = std::min(kWindowsPerBlock, g.windows() - first);
-      float* const rows = thread_scratch(ScratchUse::columns, count * g.window_size());
-      im2col(g, x.image(image), first, count, rows);
-      gemm(count, out.c, g.window_size(), {rows, g.window_size(), 1},
-           {weight_.data(), 1, g.window_size()},
-           {.data = y.image(image) + first * out.c,
-            .row_stride = out.c,
-            .bias = epilogue.bias,
-            .relu = epilogue.relu});
+      error.guard([&] {
+        const std::int64_t first = block * kWindowsPerBlock;
+        const std::int64_t count = std::min(kWindowsPerBlock, g.windows() - first);
+        float* const rows = thread_scratch(ScratchUse::columns, count * g.window_size());
+        im2col(g, x.image(image), first, count, rows);
+        gemm(count, out.c, g.window_size(), {rows, g.window_size(), 1},
+             {weight_.data(), 1, g.window_size()},
+             {.data = y.image(image) + first * out.c,
+              .row_stride = out.c,
+              .bias = epilogue.bias,
+              .relu = epilogue.relu});
+      });
     }
   }
+  error.rethrow();
 }
 
 void Convolution::add_parameter_gradients(const Tensor& x, const Tensor& dy, float* weight,
@@ -149,6 +154,7 @@ void Convolution::weight_gradient_im2col(const Tensor& x, const Tensor& dy, floa
   const std::int64_t depth = g.window_size();
   float* const rows = thread_scratch(ScratchUse::columns, g.windows() * depth);
   for (int image = 0; image < out.n; ++image) {
+    // nothing throws
 #pragma omp parallel for schedule(static)
     for (int row = 0; row < g.out_height; ++row) {
       const std::int64_t first = std::int64_t{row} * g.out_width;
@@ -177,17 +183,21 @@ void Convolution::input_gradient_im2col(const Tensor& x, const Tensor& dy, Tenso
   dx.resize(x.shape());
   dx.fill(0.0F);
   const std::int64_t blocks = (g.windows() + kWindowsPerBlock - 1) / kWindowsPerBlock;
+  io::FirstError error;
 #pragma omp parallel for schedule(dynamic) if (out.n > 1)
   for (int image = 0; image < out.n; ++image) {
-    for (std::int64_t block = 0; block < blocks; ++block) {
-      const std::int64_t first = block * kWindowsPerBlock;
-      const std::int64_t count = std::min(kWindowsPerBlock, g.windows() - first);
-      float* const rows = thread_scratch(ScratchUse::columns, count * depth);
-      gemm(count, depth, out.c, {dy.image(image) + first * out.c, out.c, 1},
-           {weight_.data(), depth, 1}, {.data = rows, .row_stride = depth});
-      col2im_add(g, rows, first, count, dx.image(image));
-    }
+    error.guard([&] {
+      for (std::int64_t block = 0; block < blocks; ++block) {
+        const std::int64_t first = block * kWindowsPerBlock;
+        const std::int64_t count = std::min(kWindowsPerBlock, g.windows() - first);
+        float* const rows = thread_scratch(ScratchUse::columns, count * depth);
+        gemm(count, depth, out.c, {dy.image(image) + first * out.c, out.c, 1},
+             {weight_.data(), depth, 1}, {.data = rows, .row_stride = depth});
+        col2im_add(g, rows, first, count, dx.image(image));
+      }
+    });
   }
+  error.rethrow();
 }
 
 void Convolution::weights_changed() {

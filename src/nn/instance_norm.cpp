@@ -10,6 +10,7 @@
 #include "kernels/channel_norm.h"
 #include "parameter_access.h"
 #include "sdmt/io/checked_value.h"
+#include "sdmt/io/first_error.h"
 
 namespace sdmt::nn {
 
@@ -59,30 +60,38 @@ void InstanceNorm::normalise(const Tensor& x, Tensor& y, ChannelStatistics* kept
   output_shape(x.shape());
   y.resize(x.shape());
   const int images = x.shape().n;
+  io::FirstError error;
 #pragma omp parallel for schedule(static)
   for (int i = 0; i < images; ++i) {
-    const Tensor from = x.images(i, 1);
-    Tensor to = y.images(i, 1);
-    ChannelStatistics statistics = statistics_of(from, options_.eps);
-    channel_affine(from, affine_of(statistics, weight_.value, bias_.value), to);
-    if (kept != nullptr) kept[i] = std::move(statistics);
+    error.guard([&] {
+      const Tensor from = x.images(i, 1);
+      Tensor to = y.images(i, 1);
+      ChannelStatistics statistics = statistics_of(from, options_.eps);
+      channel_affine(from, affine_of(statistics, weight_.value, bias_.value), to);
+      if (kept != nullptr) kept[i] = std::move(statistics);
+    });
   }
+  error.rethrow();
 }
 
 void InstanceNorm::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* dx) {
   const int images = x.shape().n;
   if (dx != nullptr) dx->resize(x.shape());
   std::vector<ChannelGradientSums> sums(images);
+  io::FirstError error;
 #pragma omp parallel for schedule(static)
   for (int i = 0; i < images; ++i) {
-    const Tensor from = x.images(i, 1);
-    const Tensor gradient = dy.images(i, 1);
-    const ChannelAffine affine = affine_of(images_[i], weight_.value, bias_.value);
-    sums[i] = channel_gradient_sums(from, gradient, images_[i], affine);
-    if (dx == nullptr) continue;
-    Tensor to = dx->images(i, 1);
-    channel_input_gradient(from, gradient, images_[i], affine, sums[i], to);
+    error.guard([&] {
+      const Tensor from = x.images(i, 1);
+      const Tensor gradient = dy.images(i, 1);
+      const ChannelAffine affine = affine_of(images_[i], weight_.value, bias_.value);
+      sums[i] = channel_gradient_sums(from, gradient, images_[i], affine);
+      if (dx == nullptr) return;
+      Tensor to = dx->images(i, 1);
+      channel_input_gradient(from, gradient, images_[i], affine, sums[i], to);
+    });
   }
+  error.rethrow();
   const auto add = [&](Parameter& parameter, ChannelValues ChannelGradientSums::*sum) {
     if (!parameter.trainable) return;
     float* const to = gradient_of(parameter);

@@ -20,6 +20,7 @@ double norm(const float* row, std::size_t size) {
 void L2Normalize::infer(const Tensor& x, Tensor& y) const {
   y.resize(x.shape());
   const std::size_t size = x.shape().image_size();
+  // nothing throws
 #pragma omp parallel for schedule(static)
   for (int n = 0; n < x.shape().n; ++n) {
     const double scale = 1.0 / std::max(norm(x.image(n), size), kEps);
@@ -33,6 +34,7 @@ void L2Normalize::backward(const Tensor& x, const Tensor& y, const Tensor& dy, T
   if (dx == nullptr) return;
   dx->resize(x.shape());
   const std::size_t size = x.shape().image_size();
+  // nothing throws
 #pragma omp parallel for schedule(static)
   for (int n = 0; n < x.shape().n; ++n) {
     const double length = norm(x.image(n), size);

@@ -23,6 +23,7 @@ void MaxPool2d::infer(const Tensor& x, Tensor& y) const {
   const Shape out = output_shape(in);
   y.resize(out);
   const std::ptrdiff_t in_row = static_cast<std::ptrdiff_t>(in.w) * in.c;
+  // nothing throws
 #pragma omp parallel for collapse(2) schedule(static)
   for (int n = 0; n < out.n; ++n) {
     for (int i = 0; i < out.h; ++i) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "sdmt/io/checked_value.h"
+#include "sdmt/io/first_error.h"
 #include "sdmt/nn/random.h"
 
 namespace sdmt::reid {
@@ -147,11 +148,15 @@ CurveIntervals bootstrap_curve(std::vector<ClusterPair> pairs, int identities, i
   std::sort(pairs.begin(), pairs.end(),
             [](const ClusterPair& a, const ClusterPair& b) { return a.distance < b.distance; });
   std::vector<std::optional<Drawn>> draws(static_cast<std::size_t>(options.draws));
+  io::FirstError error;
 #pragma omp parallel for schedule(dynamic)
   for (int draw = 0; draw < options.draws; ++draw) {
-    const nn::Random random(options.seed, static_cast<std::uint64_t>(draw));
-    draws[draw] = draw_curve(pairs, draw_weights(identities, backgrounds, random), points);
+    error.guard([&] {
+      const nn::Random random(options.seed, static_cast<std::uint64_t>(draw));
+      draws[draw] = draw_curve(pairs, draw_weights(identities, backgrounds, random), points);
+    });
   }
+  error.rethrow();
   std::vector<Drawn> drawn;
   for (const auto& draw : draws) {
     if (draw) drawn.push_back(*draw);

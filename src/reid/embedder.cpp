@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "sdmt/io/checked_value.h"
+#include "sdmt/io/first_error.h"
 #include "sdmt/nn/sequential.h"
 
 namespace sdmt::reid {
@@ -140,12 +141,16 @@ void Embedder::describe(std::span<const image::Crop> crops, image::DescriptorRow
     const std::size_t first = total * piece / pieces;
     const int count = static_cast<int>(total * (piece + 1) / pieces - first);
     patches_.resize(model_->network.input_shape(count));
+    io::FirstError error;
 #pragma omp parallel for schedule(dynamic)
     for (int i = 0; i < count; ++i) {
-      const image::Crop& crop = crops[visible_[first + i]];
-      image::extract_patch(crop.image, crop.rect, model_->metadata.preprocessing,
-                           patches_.image(i));
+      error.guard([&] {
+        const image::Crop& crop = crops[visible_[first + i]];
+        image::extract_patch(crop.image, crop.rect, model_->metadata.preprocessing,
+                             patches_.image(i));
+      });
     }
+    error.rethrow();
     const nn::Tensor& rows = model_->network.infer(patches_, workspace_);
     require_unit_rows(rows, model_->source);
     for (int i = 0; i < count; ++i) {
@@ -178,6 +183,7 @@ void Embedder::describe_shifted(const image::ImageView& image, const image::Pixe
   for (std::size_t first = 0; first < shifts.size(); first += most) {
     const int count = static_cast<int>(std::min(most, shifts.size() - first));
     windows_.resize({count, image::GridShift::kRows, image::GridShift::kColumns, map.shape().c});
+    // nothing throws
 #pragma omp parallel for schedule(static)
     for (int i = 0; i < count; ++i) {
       const image::GridShift& shift = shifts[first + i];

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "sdmt/io/checked_value.h"
+#include "sdmt/io/first_error.h"
 #include "sdmt/io/half.h"
 
 namespace sdmt::reid {
@@ -148,20 +149,26 @@ void read_tensor(const io::Safetensors& file, const StoredTensor& tensor, nn::Te
     file.read_floats(file.at(tensor.name + kScaleSuffix), scales);
   }
   bool finite = true;
+  io::FirstError error;
 #pragma omp parallel reduction(&& : finite)
   {
-    std::vector<float> row(rows.size);
+    std::vector<float> row;
+    error.guard([&] { row.resize(rows.size); });
 #pragma omp for schedule(static)
     for (int r = 0; r < rows.count; ++r) {
-      const auto index = static_cast<std::size_t>(r);
-      file.read_floats(entry, row, index * rows.size);
-      if (!scales.empty()) {
-        for (float& value : row) value *= scales[index];
-      }
-      for (const float value : row) finite = finite && std::isfinite(value);
-      transpose(row.data(), rows.channels, rows.positions, out.data() + index * rows.size);
+      if (row.empty()) continue;
+      error.guard([&] {
+        const auto index = static_cast<std::size_t>(r);
+        file.read_floats(entry, row, index * rows.size);
+        if (!scales.empty()) {
+          for (float& value : row) value *= scales[index];
+        }
+        for (const float value : row) finite = finite && std::isfinite(value);
+        transpose(row.data(), rows.channels, rows.positions, out.data() + index * rows.size);
+      });
     }
   }
+  error.rethrow();
   if (!finite) refuse(file.name(), tensor.name, "holds a value that is not finite");
   if (tensor.name.ends_with("running_var")) {
     for (const float value : out.values()) {

@@ -45,6 +45,7 @@ KindCounts count_kinds(const LabelledEmbeddings& images, PairSet set) {
   std::int64_t negatives = 0;
   std::int64_t distractors = 0;
   const auto n = images.pids.size();
+  // nothing throws
 #pragma omp parallel for schedule(dynamic, 64) reduction(+ : positives, negatives, distractors)
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = i + 1; j < n; ++j) {
@@ -97,6 +98,7 @@ std::vector<float> euclidean_distances(const LabelledEmbeddings& images,
   const int dimensions = images.dimensions();
   for (int begin = 0; begin < dimensions; begin += kSlice) {
     const int end = std::min(begin + kSlice, dimensions);
+    // nothing throws
 #pragma omp parallel for
     for (std::size_t p = 0; p < pairs.size(); ++p) {
       distances[p] += squared_distance(images.embeddings.image(pairs[p].i),
@@ -269,6 +271,7 @@ HardestPairs hardest_pairs(const LabelledEmbeddings& images, std::size_t count) 
   const int n = images.size();
   std::vector<ImagePair> farthest(static_cast<std::size_t>(n), {-1, -1, -1.0F});
   std::vector<ImagePair> nearest = farthest;
+  // nothing throws
 #pragma omp parallel for schedule(dynamic, 16)
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) {

@@ -18,6 +18,7 @@ template <typename T>
 std::vector<double> pairwise_distances(std::span<const T> rows, std::size_t n, std::size_t dim) {
   constexpr std::size_t kWorthThreads = 100000;
   std::vector<double> distances(n * n, 0.0);
+  // nothing throws
 #pragma omp parallel for schedule(static) if (n * n * dim > kWorthThreads)
   for (std::ptrdiff_t row = 0; row < static_cast<std::ptrdiff_t>(n); ++row) {
     const auto i = static_cast<std::size_t>(row);

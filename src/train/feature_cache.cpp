@@ -32,6 +32,7 @@ void compute(TrainedNetwork& network, const FeatureCache::Source& source,
     const nn::Tensor& features = network.run_front(patches);
     halves.resize(features.size());
     const auto count = static_cast<std::ptrdiff_t>(features.size());
+    // nothing throws
 #pragma omp parallel for schedule(static)
     for (std::ptrdiff_t i = 0; i < count; ++i) {
       halves[i] = io::float_to_half(features.data()[i]);

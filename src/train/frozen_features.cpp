@@ -2,6 +2,7 @@
 #include "frozen_features.h"
 
 #include "random_stream.h"
+#include "sdmt/io/first_error.h"
 #include "training_configuration.h"
 
 namespace sdmt::train {
@@ -64,8 +65,12 @@ void FrozenFeatures::of_cached_views(std::span<const int> images, nn::Random& ra
   }
   const int count = static_cast<int>(views.size());
   features.resize(network_.front_shape(count));
+  io::FirstError error;
 #pragma omp parallel for schedule(static)
-  for (int i = 0; i < count; ++i) cache_->read(views[i], features.image(i));
+  for (int i = 0; i < count; ++i) {
+    error.guard([&] { cache_->read(views[i], features.image(i)); });
+  }
+  error.rethrow();
 }
 
 void FrozenFeatures::of_validation(std::size_t set, int first, int count,

@@ -113,6 +113,7 @@ const nn::Tensor& PairClassifier::forward_pairs(const nn::Tensor& features,
   features_ = &features;
   pairs_.assign(pairs.begin(), pairs.end());
   combined_.resize({static_cast<int>(pairs.size()), 1, 1, 2 * kFeatures});
+  // nothing throws
 #pragma omp parallel for schedule(static)
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     combine(features.image(pairs[p].first), features.image(pairs[p].second),

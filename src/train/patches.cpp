@@ -5,6 +5,7 @@
 #include <string>
 
 #include "random_stream.h"
+#include "sdmt/io/first_error.h"
 
 namespace sdmt::train {
 
@@ -28,8 +29,12 @@ template <typename MakePatch>
 void for_each_patch(std::size_t count, const image::Preprocessing& preprocessing,
                     nn::Tensor& patches, MakePatch make) {
   patches.resize({static_cast<int>(count), preprocessing.height, preprocessing.width, 3});
+  io::FirstError error;
 #pragma omp parallel for schedule(dynamic)
-  for (int i = 0; i < static_cast<int>(count); ++i) make(i, patches.image(i));
+  for (int i = 0; i < static_cast<int>(count); ++i) {
+    error.guard([&] { make(i, patches.image(i)); });
+  }
+  error.rethrow();
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "sdmt/io/first_error.h"
+
 namespace sdmt::train {
 
 namespace {
@@ -23,6 +25,7 @@ double dot(const Row& a, const Row& b) {
 std::vector<Row> second_moments(const nn::Tensor& vectors) {
   const auto size = static_cast<std::size_t>(vectors.shape().c);
   std::vector<Row> moments(size, Row(size, 0.0));
+  // nothing throws
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < size; ++i) {
     for (int n = 0; n < vectors.shape().n; ++n) {
@@ -102,14 +105,18 @@ Projection project(const nn::Tensor& vectors, int dimensions) {
   std::vector<Row> axes;
   std::tie(axes, result.kept) =
       principal_axes(second_moments(vectors), static_cast<std::size_t>(dimensions));
+  io::FirstError error;
 #pragma omp parallel for schedule(static)
   for (int i = 0; i < count; ++i) {
-    const Row row(vectors.image(i), vectors.image(i) + size);
-    Row coordinates;
-    for (const Row& axis : axes) coordinates.push_back(dot(axis, row));
-    normalize(coordinates);
-    std::copy(coordinates.begin(), coordinates.end(), result.rows.image(i));
+    error.guard([&] {
+      const Row row(vectors.image(i), vectors.image(i) + size);
+      Row coordinates;
+      for (const Row& axis : axes) coordinates.push_back(dot(axis, row));
+      normalize(coordinates);
+      std::copy(coordinates.begin(), coordinates.end(), result.rows.image(i));
+    });
   }
+  error.rethrow();
   return result;
 }
 

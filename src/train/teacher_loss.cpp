@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "sdmt/io/first_error.h"
+
 namespace sdmt::train {
 
 namespace {
@@ -36,23 +38,27 @@ double match_relations(std::span<const T> embeddings, std::span<const T> teacher
   const std::size_t size = embeddings.size() / images, teacher_size = teacher.size() / images;
   const double share = 1.0 / (static_cast<double>(images) * static_cast<double>(images - 1));
   std::vector<double> losses(images, 0.0);  // by image, so that no thread decides the order
+  io::FirstError error;
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < images; ++i) {
-    const T* e = embeddings.data() + i * size;
-    std::vector<double> pull(size, 0.0);
-    for (std::size_t j = 0; j < images; ++j) {
-      if (j == i) continue;
-      const T* other = embeddings.data() + j * size;
-      const double difference =
-          dot(e, other, size) -
-          dot(teacher.data() + i * teacher_size, teacher.data() + j * teacher_size, teacher_size);
-      losses[i] += share * difference * difference;
-      // Each pair occurs twice in the mean, with i first and with j first.
-      const double factor = 4 * weight * share * difference;
-      for (std::size_t k = 0; k < size; ++k) pull[k] += factor * other[k];
-    }
-    for (std::size_t k = 0; k < size; ++k) gradient[i * size + k] += static_cast<T>(pull[k]);
+    error.guard([&] {
+      const T* e = embeddings.data() + i * size;
+      std::vector<double> pull(size, 0.0);
+      for (std::size_t j = 0; j < images; ++j) {
+        if (j == i) continue;
+        const T* other = embeddings.data() + j * size;
+        const double difference =
+            dot(e, other, size) -
+            dot(teacher.data() + i * teacher_size, teacher.data() + j * teacher_size, teacher_size);
+        losses[i] += share * difference * difference;
+        // Each pair occurs twice in the mean, with i first and with j first.
+        const double factor = 4 * weight * share * difference;
+        for (std::size_t k = 0; k < size; ++k) pull[k] += factor * other[k];
+      }
+      for (std::size_t k = 0; k < size; ++k) gradient[i * size + k] += static_cast<T>(pull[k]);
+    });
   }
+  error.rethrow();
   double loss = 0;
   for (const double part : losses) loss += part;
   return loss;

@@ -165,6 +165,46 @@ TEST(Structure, SubscriptsAreNotCast) {
   }
 }
 
+// What an OpenMP pragma holds: the block or loop behind it.
+std::string region_of(const std::string& text, std::size_t pragma) {
+  int open = 0;
+  bool begun = false;
+  for (std::size_t at = text.find('\n', pragma); at < text.size(); ++at) {
+    open += text[at] == '{' ? 1 : text[at] == '}' ? -1 : 0;
+    begun = begun || open > 0;
+    if (begun && open == 0) return text.substr(pragma, at - pragma);
+  }
+  return text.substr(pragma);
+}
+
+// An exception that leaves an OpenMP region ends the program. What may throw, allocations too, is
+// in io::FirstError's guard; a region without it says "nothing throws", and has nothing in it that
+// surely may.
+TEST(Structure, NothingThrownLeavesAnOpenMpRegion) {
+  static const std::regex kThrows(
+      "thread_scratch|std::(vector|string|function)|push_back|resize\\(|Tensor "
+      "[a-z]|throw|\\.at\\(");
+  int regions = 0;
+  for (const SourceFile& file : read_sources("src")) {
+    for (std::size_t at = file.text.find("\n#pragma omp parallel"); at != std::string::npos;
+         at = file.text.find("\n#pragma omp parallel", at + 1)) {
+      ++regions;
+      const auto begin = file.text.rfind('\n', at - 1) + 1;
+      const std::string above = file.text.substr(begin, at - begin);
+      const std::string region = region_of(file.text, at + 1);
+      if (region.find(".guard(") != std::string::npos) {
+        EXPECT_NE(file.text.find("error.rethrow();", at), std::string::npos) << file.name;
+        continue;
+      }
+      if (region.find(" simd ") != std::string::npos) continue;  // one loop over numbers
+      EXPECT_TRUE(above.find("// nothing throws") != std::string::npos)
+          << file.name << ": " << region;
+      EXPECT_FALSE(std::regex_search(region, kThrows)) << file.name << ": " << region;
+    }
+  }
+  EXPECT_GT(regions, 40);
+}
+
 TEST(Structure, FilesStayShort) {
   constexpr int kLimit = 400;
   for (const std::string folder : {"src", "tools"}) {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "sdmt/io/first_error.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/channel_norm.cpp"
 #include <hwy/foreach_target.h>
@@ -163,11 +165,15 @@ std::int64_t rows_of(const Tensor& x) { return static_cast<std::int64_t>(x.size(
 template <class Run>
 void for_parts(std::int64_t rows, const Run& run) {
   const std::int64_t parts = (rows + kRowsPerPart - 1) / kRowsPerPart;
+  io::FirstError error;
 #pragma omp parallel for schedule(static)
   for (std::int64_t part = 0; part < parts; ++part) {
-    const std::int64_t first = part * kRowsPerPart;
-    run(part, first, std::min(kRowsPerPart, rows - first));
+    error.guard([&] {
+      const std::int64_t first = part * kRowsPerPart;
+      run(part, first, std::min(kRowsPerPart, rows - first));
+    });
   }
+  error.rethrow();
 }
 
 /// Two sums for every channel and part of the rows.

@@ -10,6 +10,7 @@ void add_column_sums(const float* values, std::int64_t rows, std::int64_t column
   constexpr std::int64_t kRowsPerPart = 512;  // short sums lose little; parts run in parallel
   const std::int64_t parts = (rows + kRowsPerPart - 1) / kRowsPerPart;
   std::vector<float> partial(parts * columns, 0.0F);
+  // nothing throws
 #pragma omp parallel for schedule(static)
   for (std::int64_t part = 0; part < parts; ++part) {
     float* const to = partial.data() + part * columns;

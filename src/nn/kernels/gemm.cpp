@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "kernels/scratch.h"
+#include "sdmt/io/first_error.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/gemm.cpp"
@@ -150,18 +151,22 @@ void gemm(std::int64_t m, std::int64_t n, std::int64_t k, MatrixView a, MatrixVi
     block_columns /= 2;
   }
   const std::int64_t column_blocks = (n + block_columns - 1) / block_columns;
+  io::FirstError error;
 #pragma omp parallel for schedule(dynamic)
   for (std::int64_t block = 0; block < row_blocks * column_blocks; ++block) {
-    const std::int64_t row = block / column_blocks * kBlockRows;
-    const std::int64_t column = block % column_blocks * block_columns;
-    ProductView part = c;
-    part.data += row * c.row_stride + column;
-    if (c.bias != nullptr) part.bias += column;
-    HWY_DYNAMIC_DISPATCH(GemmBlock)
-    (std::min(kBlockRows, m - row), std::min(block_columns, n - column), k,
-     MatrixView{a.data + row * a.row_stride, a.row_stride, a.col_stride},
-     MatrixView{b.data + column * b.col_stride, b.row_stride, b.col_stride}, part);
+    error.guard([&] {
+      const std::int64_t row = block / column_blocks * kBlockRows;
+      const std::int64_t column = block % column_blocks * block_columns;
+      ProductView part = c;
+      part.data += row * c.row_stride + column;
+      if (c.bias != nullptr) part.bias += column;
+      HWY_DYNAMIC_DISPATCH(GemmBlock)
+      (std::min(kBlockRows, m - row), std::min(block_columns, n - column), k,
+       MatrixView{a.data + row * a.row_stride, a.row_stride, a.col_stride},
+       MatrixView{b.data + column * b.col_stride, b.row_stride, b.col_stride}, part);
+    });
   }
+  error.rethrow();
 }
 
 }  // namespace sdmt::nn

@@ -7,6 +7,7 @@
 
 #include "kernels/row_products.h"
 #include "kernels/scratch.h"
+#include "sdmt/io/first_error.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/half_weights.cpp"
@@ -111,6 +112,7 @@ bool HalfWeights::set(const Tensor& weight) {
   memory_.resize({static_cast<int>(in), 1, 1, static_cast<int>((columns + 1) / 2)});
   auto* const packed = reinterpret_cast<std::uint16_t*>(memory_.data());
   std::atomic<bool> exact = true;
+  // nothing throws
 #pragma omp parallel for schedule(dynamic)
   for (std::int64_t first = 0; first < in; first += kHalfStretch) {
     if (!exact) continue;
@@ -133,15 +135,19 @@ void multiply_rows(std::int64_t m, const float* x, const HalfWeights& weights, P
   const std::int64_t columns = HWY_DYNAMIC_DISPATCH(HalfPaddedColumns)(n);
   const std::int64_t parts = (k + kPart - 1) / kPart;
   float* const sums = thread_scratch(ScratchUse::accumulators, parts * m * columns);
+  io::FirstError error;
 #pragma omp parallel for schedule(dynamic)
   for (std::int64_t part = 0; part < parts; ++part) {
-    const std::int64_t begin = part * kPart;
-    for (std::int64_t first = begin; first < std::min(k, begin + kPart); first += kHalfStretch) {
-      HWY_DYNAMIC_DISPATCH(MultiplyHalfStretch)
-      (m, std::min(kHalfStretch, k - first), n, x + first, k, weights.data() + first * columns,
-       first > begin, sums + part * m * columns);
-    }
+    error.guard([&] {
+      const std::int64_t begin = part * kPart;
+      for (std::int64_t first = begin; first < std::min(k, begin + kPart); first += kHalfStretch) {
+        HWY_DYNAMIC_DISPATCH(MultiplyHalfStretch)
+        (m, std::min(kHalfStretch, k - first), n, x + first, k, weights.data() + first * columns,
+         first > begin, sums + part * m * columns);
+      }
+    });
   }
+  error.rethrow();
   add_parts(m, n, sums, parts, columns, c);
 }
 

@@ -82,6 +82,7 @@ void max_pool_gradient(const Tensor& x, const Tensor& y, const Tensor& dy, float
   const std::ptrdiff_t in_row = std::ptrdiff_t{in.w} * in.c;
   const std::ptrdiff_t out_row = std::ptrdiff_t{out.w} * out.c;
   const bool odd_edge = in.h % 2 != 0 || in.w % 2 != 0;
+  // nothing throws
 #pragma omp parallel for schedule(static)
   for (int n = 0; n < out.n; ++n) {
     if (odd_edge) std::fill_n(dx.image(n), in.image_size(), 0.0F);  // the dropped row and column

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/scratch.h"
+#include "sdmt/io/first_error.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/rgb_convolution.cpp"
@@ -163,13 +164,17 @@ void rgb_convolution(const Tensor& x, const RgbWeights& weights, bool relu, Tens
   const RgbRows rows(x, weights, relu);
   y.resize(rows.shape());
   const std::ptrdiff_t row_values = std::ptrdiff_t{y.shape().w} * y.shape().c;
+  io::FirstError error;
 #pragma omp parallel for collapse(2) schedule(dynamic)
   for (int image = 0; image < y.shape().n; ++image) {
     for (int top = 0; top < y.shape().h; top += kBandRows) {
-      rows.compute(image, top, std::min(kBandRows, y.shape().h - top),
-                   y.image(image) + top * row_values);
+      error.guard([&] {
+        rows.compute(image, top, std::min(kBandRows, y.shape().h - top),
+                     y.image(image) + top * row_values);
+      });
     }
   }
+  error.rethrow();
 }
 
 RgbRows::RgbRows(const Tensor& x, const RgbWeights& weights, bool relu)
@@ -196,6 +201,7 @@ void rgb_weight_gradient(const Tensor& x, const Tensor& dy, int stride, float* w
   const Shape shape = dy.shape();
   const std::size_t values = gradient_values(shape.c);
   float* const sums = thread_scratch(ScratchUse::accumulators, values * shape.n);
+  // nothing throws
 #pragma omp parallel for schedule(dynamic)
   for (int image = 0; image < shape.n; ++image) {
     HWY_DYNAMIC_DISPATCH(RgbImageGradient)

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "kernels/scratch.h"
+#include "sdmt/io/first_error.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/row_products.cpp"
@@ -134,19 +135,24 @@ void multiply_rows(std::int64_t m, std::int64_t n, std::int64_t k, const float* 
   const std::int64_t parts = (k + kPart - 1) / kPart;
   const std::int64_t row_blocks = (n + kRowsPerTask - 1) / kRowsPerTask;
   float* const sums = thread_scratch(ScratchUse::accumulators, parts * m * n);
+  io::FirstError error;
 #pragma omp parallel for schedule(dynamic)
   for (std::int64_t task = 0; task < parts * row_blocks; ++task) {
-    const std::int64_t part = task / row_blocks;
-    const std::int64_t row = task % row_blocks * kRowsPerTask;
-    HWY_DYNAMIC_DISPATCH(MultiplyRows)
-    (m, std::min(kRowsPerTask, n - row), std::min(kPart, k - part * kPart), x + part * kPart, k,
-     w + row * k + part * kPart, k, sums + part * m * n + row, n);
+    error.guard([&] {
+      const std::int64_t part = task / row_blocks;
+      const std::int64_t row = task % row_blocks * kRowsPerTask;
+      HWY_DYNAMIC_DISPATCH(MultiplyRows)
+      (m, std::min(kRowsPerTask, n - row), std::min(kPart, k - part * kPart), x + part * kPart, k,
+       w + row * k + part * kPart, k, sums + part * m * n + row, n);
+    });
   }
+  error.rethrow();
   add_parts(m, n, sums, parts, n, c);
 }
 
 void add_parts(std::int64_t m, std::int64_t n, const float* sums, std::int64_t parts,
                std::ptrdiff_t sums_row, ProductView c) {
+  // nothing throws
 #pragma omp parallel for schedule(static)
   for (std::int64_t i = 0; i < m; ++i) {
     for (std::int64_t j = 0; j < n; ++j) {

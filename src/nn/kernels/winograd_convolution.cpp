@@ -8,6 +8,7 @@
 #include "kernels/rgb_convolution.h"
 #include "kernels/scratch.h"
 #include "kernels/winograd.h"
+#include "sdmt/io/first_error.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/winograd_convolution.cpp"
@@ -313,15 +314,19 @@ void winograd_convolution(const Tensor& x, const WinogradWeights& weights,
   const WinogradTask task{&x,       nullptr, weights,
                           epilogue, y,       WinogradTiles(x.shape(), weights.tile())};
   const Division division = divide(task);
+  io::FirstError error;
 #pragma omp parallel for collapse(2) schedule(dynamic)
   for (std::int64_t block = 0; block < division.blocks; ++block) {
     for (int share = 0; share < division.shares; ++share) {
-      const std::int64_t first = block * task.tiles.count / division.blocks;
-      const std::int64_t end = (block + 1) * task.tiles.count / division.blocks;
-      HWY_DYNAMIC_DISPATCH(ConvolveBlock)
-      (task, {first, static_cast<int>(end - first), share, division.shares});
+      error.guard([&] {
+        const std::int64_t first = block * task.tiles.count / division.blocks;
+        const std::int64_t end = (block + 1) * task.tiles.count / division.blocks;
+        HWY_DYNAMIC_DISPATCH(ConvolveBlock)
+        (task, {first, static_cast<int>(end - first), share, division.shares});
+      });
     }
   }
+  error.rethrow();
 }
 
 void winograd_convolution(const RgbRows& x, const WinogradWeights& weights,
@@ -333,16 +338,20 @@ void winograd_convolution(const RgbRows& x, const WinogradWeights& weights,
   constexpr int kMostSlots = 16;
   const int rows = std::max(1, kMostSlots / task.tiles.columns);
   const int blocks = (task.tiles.rows + rows - 1) / rows;
+  io::FirstError error;
 #pragma omp parallel for collapse(2) schedule(dynamic)
   for (int image = 0; image < x.shape().n; ++image) {
     for (int block = 0; block < blocks; ++block) {
-      const int first = block * rows;
-      const int count = std::min(rows, task.tiles.rows - first);
-      const std::int64_t tile = std::int64_t{image} * task.tiles.rows + first;
-      HWY_DYNAMIC_DISPATCH(ConvolveBlock)
-      (task, {tile * task.tiles.columns, count * task.tiles.columns});
+      error.guard([&] {
+        const int first = block * rows;
+        const int count = std::min(rows, task.tiles.rows - first);
+        const std::int64_t tile = std::int64_t{image} * task.tiles.rows + first;
+        HWY_DYNAMIC_DISPATCH(ConvolveBlock)
+        (task, {tile * task.tiles.columns, count * task.tiles.columns});
+      });
     }
   }
+  error.rethrow();
 }
 
 }  // namespace sdmt::nn

@@ -7,6 +7,7 @@
 #include "kernels/scratch.h"
 #include "kernels/winograd.h"
 #include "kernels/winograd_geometry.h"
+#include "sdmt/io/first_error.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/winograd_weight_gradient.cpp"
@@ -276,13 +277,16 @@ void winograd_weight_gradient(const Tensor& x, const Tensor& dy, float* weight_g
     task.first = block * task.tiles.count / blocks;
     task.slots = static_cast<int>((block + 1) * task.tiles.count / blocks - task.first);
     const std::int64_t tasks = (task.slots + kSlotsPerTask - 1) / kSlotsPerTask;
+    io::FirstError error;
 #pragma omp parallel
     {
 #pragma omp for schedule(dynamic)
       for (std::int64_t part = 0; part < tasks; ++part) {
-        HWY_DYNAMIC_DISPATCH(TransformGradientTiles)
-        (task, static_cast<int>(part * task.slots / tasks),
-         static_cast<int>((part + 1) * task.slots / tasks));
+        error.guard([&] {
+          HWY_DYNAMIC_DISPATCH(TransformGradientTiles)
+          (task, static_cast<int>(part * task.slots / tasks),
+           static_cast<int>((part + 1) * task.slots / tasks));
+        });
       }
 #pragma omp for schedule(dynamic)
       for (int position = 0; position <= 36; ++position) {
@@ -293,7 +297,9 @@ void winograd_weight_gradient(const Tensor& x, const Tensor& dy, float* weight_g
         }
       }
     }
+    error.rethrow();
   }
+  // nothing throws
 #pragma omp parallel for schedule(static)
   for (int i = 0; i < x.shape().c; ++i) {
     HWY_DYNAMIC_DISPATCH(FinishGradient)(task, i, weight_gradient);

@@ -69,6 +69,7 @@ void transform(int in, int out, WinogradTileSize tile, const Tap& tap, Tensor& v
   const TapMatrix& across = tap_matrix(tile.width);
   values.resize({tile.positions(), panels, in, columns});
   const std::size_t position = values.shape().image_size();
+  // nothing throws
 #pragma omp parallel for collapse(2) schedule(static)
   for (int panel = 0; panel < panels; ++panel) {
     for (int i = 0; i < in; ++i) {
