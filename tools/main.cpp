@@ -25,8 +25,13 @@
 #include "cli/command.h"
 #include "cli/config_arguments.h"
 #include "cli/console.h"
+#include "cli/help_formatter.h"
+#include "cli/run_record.h"
 #include "cli/stop_signal.h"
+#include "cli/suggestion.h"
+#include "cli/thread_pool.h"
 #include "sdmt/io/checked_value.h"
+#include "sdmt/io/output_file.h"
 #include "sdmt/nn/simd_target.h"
 
 namespace {
@@ -39,16 +44,6 @@ constexpr int kBadInput = 2;
 void replace_first(std::string& text, std::string_view part, std::string_view by) {
   if (const auto at = text.find(part); at != std::string::npos) text.replace(at, part.size(), by);
 }
-
-// Help without the "{false}" that CLI11 puts behind the name of a switch's negation.
-class HelpFormatter : public CLI::Formatter {
- public:
-  std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
-    std::string name = CLI::Formatter::make_option_name(option, is_positional);
-    replace_first(name, "{false}", "");
-    return name;
-  }
-};
 
 void add_commands(CLI::App& app) {
   add_ablate_command(app);
@@ -69,11 +64,27 @@ void add_commands(CLI::App& app) {
   add_synth_reid_command(*synth);
 }
 
-// Every command that does work gets --config and --threads.
+// What to tell whoever asks what went wrong: version, compiler, instruction set, OpenCV.
+std::string version_text() {
+  return fmt::format("sdmt {} ({}, {}, OpenCV {})", SDMT_VERSION, SDMT_BUILD,
+                     sdmt::nn::simd_target(), cv::getVersionString());
+}
+
+// The words of libraries below us, where they are wanted.
+void be_verbose() {
+  set_verbosity(Verbosity::verbose);
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_INFO);
+  setenv("OPENCV_FFMPEG_LOGLEVEL", "32", 1);  // AV_LOG_INFO
+  detail("{}, {} threads
+", version_text(), omp_get_max_threads());
+}
+
+// Every command that does work gets --config, --threads, --quiet and --verbose.
 void add_shared_options(CLI::App& app) {
   const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
   for (CLI::App* command : commands) add_shared_options(*command);
   if (!commands.empty() || app.get_parent() == nullptr) return;
+  app.parse_complete_callback(start_threads);
   app.add_option_function<std::vector<std::string>>(
          "--config", [](const std::vector<std::string>&) {},
          "JSON file of options, or the name of a shipped one (track-paper, ...); may be repeated, "
@@ -83,13 +94,12 @@ void add_shared_options(CLI::App& app) {
   app.add_option_function<int>(
          "--threads", [](int threads) { omp_set_num_threads(threads); },
          "Threads to use [all cores]; the results do not depend on it")
-      ->check(CLI::Range(1, 1024));
-}
-
-// What to tell whoever asks what went wrong: version, compiler, instruction set, OpenCV.
-std::string version_text() {
-  return fmt::format("sdmt {} ({}, {}, OpenCV {})", SDMT_VERSION, SDMT_BUILD,
-                     sdmt::nn::simd_target(), cv::getVersionString());
+      ->check(CLI::Range(1, 1024).description(""));
+  app.add_flag_callback(
+      "-q,--quiet", [] { set_verbosity(Verbosity::quiet); },
+      "No progress and no summary; warnings and results stay");
+  app.add_flag_callback("-v,--verbose", be_verbose,
+                        "Also say what is used, and let the libraries below speak");
 }
 
 // The libraries that we use must neither print nor start threads of their own.
@@ -142,23 +152,26 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", version_text);
   app.require_subcommand(1);
   add_commands(app);
+  // Not before: commands would inherit it.
+  app.footer("sdmt help COMMAND, or sdmt COMMAND --help, lists the options of a command.");
   add_shared_options(app);
   quiet_opencv();
 
-  const std::vector<std::string> typed(argv + 1, argv + argc);
+  std::vector<std::string> typed(argv + 1, argv + argc);
+  if (!typed.empty() && typed[0] == "help") {
+    typed.erase(typed.begin());
+    typed.emplace_back("--help");
+  }
   const auto report = [&](std::string message, int code) {
     std::replace(message.begin(), message.end(), '\n', ' ');  // one line, whatever a path holds
     say(stderr, "{}: {}\n", command_name(app, typed), sdmt::io::printable(message));
     return code;
   };
-  const bool unknown =
-      !typed.empty() && !typed[0].starts_with('-') && command_name(app, typed) == app.get_name();
-  if (typed.empty() || unknown) {
-    const std::string wrong = unknown ? fmt::format("unknown command '{}'; ", typed[0]) : "";
-    return report(wrong + "sdmt --help lists the commands", kBadInput);
-  }
+  if (typed.empty()) return report("sdmt --help lists the commands", kBadInput);
   ExpandedArguments expanded;
   try {
+    refuse_unknown_words(app, typed);
+    record_command_line(typed);
     expanded = expand_config(app, typed);
     app.parse(std::vector<std::string>(expanded.arguments.rbegin(),  // CLI11 wants the last first
                                        expanded.arguments.rend()));
@@ -169,6 +182,8 @@ int run(int argc, char** argv) {
     return finish(report);
   } catch (const CLI::ParseError& error) {
     return report(parse_message(error, expanded), kBadInput);
+  } catch (const sdmt::io::ReaderLeft&) {
+    return 128 + SIGPIPE;
   } catch (const std::logic_error& error) {
     return report(error.what(), kBadInput);
   } catch (const std::bad_alloc&) {

@@ -17,6 +17,7 @@ namespace sdmt::io {
 namespace {
 
 constexpr std::size_t kBuffer = 1 << 16;
+constexpr const char* kStandardOutput = "standard output";
 
 // Writes all bytes; false with errno when that is not possible.
 bool write_all(int descriptor, const char* bytes, std::size_t count) {
@@ -33,6 +34,13 @@ bool write_all(int descriptor, const char* bytes, std::size_t count) {
 }  // namespace
 
 OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)) {
+  buffer_.reserve(kBuffer);
+  if (path_ == "-") {
+    path_ = kStandardOutput;
+    direct_ = ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 0);
+    if (direct_ < 0) fail("cannot be opened for writing");
+    return;
+  }
   std::error_code ignored;
   const auto status = std::filesystem::status(path_, ignored);
   if (status.type() == std::filesystem::file_type::none) fail("cannot be examined");
@@ -42,7 +50,6 @@ OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)) {
   } else {
     temporary_.emplace(path_);
   }
-  buffer_.reserve(kBuffer);
 }
 
 OutputFile::~OutputFile() {
@@ -71,7 +78,10 @@ void OutputFile::commit() {
 }
 
 void OutputFile::fail(const char* what) const {
-  throw std::runtime_error(path_.string() + ": " + what + ": " + std::strerror(errno));
+  const int cause = errno;
+  const auto message = path_.string() + ": " + what + ": " + std::strerror(cause);
+  if (cause == EPIPE && path_ == kStandardOutput) throw ReaderLeft(message);
+  throw std::runtime_error(message);
 }
 
 void write_text_file(const std::filesystem::path& path, std::string_view text) {

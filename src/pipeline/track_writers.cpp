@@ -3,12 +3,8 @@
 
 #include <fmt/core.h>
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <iterator>
-#include <optional>
-#include <stdexcept>
+#include <string_view>
 #include <vector>
 
 #include "sdmt/io/output_file.h"
@@ -19,6 +15,31 @@ namespace sdmt::pipeline {
 
 namespace {
 
+// A file of results, or standard output ("-"), where each frame is to be seen at once.
+class ResultFile {
+ public:
+  explicit ResultFile(const std::string& path) : file_(path), live_(path == "-") {}
+
+  void write(std::string_view text) {
+    if (deserted_) return;
+    try {
+      file_.write(text);
+      if (live_) file_.flush();
+    } catch (const io::ReaderLeft&) {
+      // SIGPIPE came with it and ends the run; the other outputs must still become whole.
+      deserted_ = true;
+    }
+  }
+  void commit() {
+    if (!deserted_) file_.commit();
+  }
+
+ private:
+  io::OutputFile file_;
+  bool live_;
+  bool deserted_ = false;
+};
+
 class MotWriter : public TrackWriter {
  public:
   explicit MotWriter(const std::string& path) : file_(path) {}
@@ -26,12 +47,14 @@ class MotWriter : public TrackWriter {
   void write(const track::FinishedFrame& frame) override {
     rows_.clear();
     track::append_results(frame, rows_);
-    for (const mot::ResultRow& row : rows_) file_.write(mot::format_result(row));
+    std::string text;
+    for (const mot::ResultRow& row : rows_) text += mot::format_result(row);
+    file_.write(text);
   }
   void commit() override { file_.commit(); }
 
  private:
-  io::OutputFile file_;
+  ResultFile file_;
   std::vector<mot::ResultRow> rows_;
 };
 
@@ -60,35 +83,13 @@ std::string jsonl_line(const track::FinishedFrame& frame) {
 
 class JsonlWriter : public TrackWriter {
  public:
-  explicit JsonlWriter(const std::string& path) {
-    if (path != "-") file_.emplace(path);
-  }
+  explicit JsonlWriter(const std::string& path) : file_(path) {}
 
-  void write(const track::FinishedFrame& frame) override {
-    const std::string line = jsonl_line(frame);
-    if (file_) {
-      file_->write(line);
-    } else if (!deserted_) {
-      print(line);
-    }
-  }
-  void commit() override {
-    if (file_) file_->commit();
-  }
+  void write(const track::FinishedFrame& frame) override { file_.write(jsonl_line(frame)); }
+  void commit() override { file_.commit(); }
 
  private:
-  void print(const std::string& line) {
-    const bool printed =
-        std::fwrite(line.data(), 1, line.size(), stdout) == line.size() && std::fflush(stdout) == 0;
-    if (printed) return;
-    // SIGPIPE came with it and ends the run; the other outputs must still become whole.
-    deserted_ = errno == EPIPE;
-    if (deserted_) return;
-    throw std::runtime_error(std::string("standard output: write failed: ") + std::strerror(errno));
-  }
-
-  std::optional<io::OutputFile> file_;  // empty: standard output
-  bool deserted_ = false;               // nobody reads standard output any more
+  ResultFile file_;
 };
 
 }  // namespace

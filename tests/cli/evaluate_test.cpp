@@ -156,6 +156,26 @@ TEST_F(Evaluate, ReportIsOnePageWithoutOtherFiles) {
   const auto page = read_file(folder_ / "out.html");
   EXPECT_THAT(page, AllOf(HasSubstr("<svg"), HasSubstr("Tracks over time: A"),
                           Not(HasSubstr("src=\"http")), Not(HasSubstr("<link"))));
+  // For dark screens, for those who see no colours, and for small screens.
+  EXPECT_THAT(page, AllOf(HasSubstr("prefers-color-scheme: dark"), HasSubstr("stroke-dasharray"),
+                          HasSubstr("width=device-width"), Not(HasSubstr("<caption"))));
+}
+
+TEST_F(Evaluate, AReportSaysHowItCameAbout) {
+  const std::vector<std::string> words{
+      "evaluate",        "--gt",     folder_ / "gt",       "--results",
+      folder_ / "A.txt", "--report", folder_ / "it's.html"};
+  const auto report = [&](const std::string& date) {
+    EXPECT_EQ(run_sdmt(words, {{"SOURCE_DATE_EPOCH", date}}).exit_code, 0);
+    return read_file(folder_ / "it's.html");
+  };
+  const auto page = report("86400");
+  const std::string version = run_sdmt({"--version"}).out;
+  EXPECT_THAT(page, HasSubstr(version.substr(0, version.find('\n')) + ", 1970-01-02 00:00 UTC"));
+  EXPECT_THAT(page, HasSubstr("sdmt evaluate --gt " + (folder_ / "gt").string() + " --results "));
+  EXPECT_THAT(page, HasSubstr("it&#39;\\&#39;&#39;s.html&#39;"));  // as a shell takes it
+  EXPECT_EQ(page, report("86400"));
+  EXPECT_NE(page, report("0"));
 }
 
 TEST_F(Evaluate, AMissingSequenceIsNamed) {

@@ -9,7 +9,9 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "cli/console.h"
 #include "cli/shipped_files.h"
+#include "cli/suggestion.h"
 #include "sdmt/io/delimited_text.h"
 #include "sdmt/io/json_text.h"
 
@@ -21,19 +23,6 @@ using nlohmann::json;
 
 [[noreturn]] void reject(const std::string& file, const std::string& key, const std::string& why) {
   throw std::invalid_argument(fmt::format("{}: key \"{}\": {}", file, key, why));
-}
-
-// The commands that the arguments begin with, outermost first: the program, synth, scene.
-std::vector<const CLI::App*> named_commands(const CLI::App& app,
-                                            const std::vector<std::string>& arguments) {
-  std::vector<const CLI::App*> commands{&app};
-  for (const std::string& argument : arguments) {
-    const auto inner = commands.back()->get_subcommands(
-        [&](const CLI::App* candidate) { return candidate->check_name(argument); });
-    if (inner.empty()) break;
-    commands.push_back(inner.front());
-  }
-  return commands;
 }
 
 // The values of every --config; "--config" itself stays for the parser to check.
@@ -48,6 +37,15 @@ std::vector<std::string> config_files(const std::vector<std::string>& arguments)
     }
   }
   return files;
+}
+
+// Null where there is none. CLI11's own search ends the program when memory runs out in it.
+const CLI::Option* find_option(const CLI::App& command, const std::string& name) {
+  for (const CLI::Option* option : command.get_options()) {
+    const auto& names = option->get_lnames();
+    if (std::find(names.begin(), names.end(), name) != names.end()) return option;
+  }
+  return nullptr;
 }
 
 json read_object(const std::string& file) {
@@ -110,6 +108,18 @@ bool typed(const CLI::Option& option, const std::vector<std::string>& arguments)
 
 }  // namespace
 
+std::vector<const CLI::App*> named_commands(const CLI::App& app,
+                                            const std::vector<std::string>& arguments) {
+  std::vector<const CLI::App*> commands{&app};
+  for (const std::string& argument : arguments) {
+    const auto inner = commands.back()->get_subcommands(
+        [&](const CLI::App* candidate) { return candidate->check_name(argument); });
+    if (inner.empty()) break;
+    commands.push_back(inner.front());
+  }
+  return commands;
+}
+
 std::string command_name(const CLI::App& app, const std::vector<std::string>& arguments) {
   std::string name;
   for (const CLI::App* command : named_commands(app, arguments)) {
@@ -128,10 +138,11 @@ ExpandedArguments expand_config(const CLI::App& app, std::vector<std::string> ar
     const std::string file = find_config_file(name).string();
     const json object = read_object(file);
     for (const auto& [key, value] : object.items()) {
-      const CLI::Option* option =
-          key == "config" ? nullptr : command->get_option_no_throw("--" + key);
+      const CLI::Option* option = key == "config" ? nullptr : find_option(*command, key);
       if (option == nullptr) {
-        reject(file, key, command_name(app, arguments) + " has no such option");
+        reject(file, key,
+               command_name(app, arguments) + " has no such option" +
+                   did_you_mean("--" + key, option_names(*command)));
       }
       words[key] = option_words(*option, value, file, key);
       expanded.origin["--" + key] = file;
@@ -139,7 +150,7 @@ ExpandedArguments expand_config(const CLI::App& app, std::vector<std::string> ar
   }
   std::vector<std::string> added;
   for (auto& [key, list] : words) {
-    if (typed(*command->get_option("--" + key), arguments)) {
+    if (typed(*find_option(*command, key), arguments)) {
       expanded.origin.erase("--" + key);
     } else {
       added.insert(added.end(), list.begin(), list.end());

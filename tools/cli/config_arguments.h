@@ -23,6 +23,10 @@ struct ExpandedArguments {
 /// and key for a file that is no JSON object, an unknown key, or a value of the wrong type.
 ExpandedArguments expand_config(const CLI::App& app, std::vector<std::string> arguments);
 
+/// The commands that the arguments begin with, outermost first: the program, synth, scene.
+std::vector<const CLI::App*> named_commands(const CLI::App& app,
+                                            const std::vector<std::string>& arguments);
+
 /// "sdmt synth scene": the commands that the arguments begin with, for messages.
 std::string command_name(const CLI::App& app, const std::vector<std::string>& arguments);
 

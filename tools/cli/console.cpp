@@ -2,11 +2,14 @@
 #include "cli/console.h"
 
 #include <fcntl.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdlib>
 #include <exception>
+
+#include "sdmt/io/checked_value.h"
 
 namespace sdmt::tools {
 
@@ -15,6 +18,14 @@ namespace {
 int output_error = 0;           // of standard output, the first
 std::FILE* messages = nullptr;  // standard error, once libraries are silenced
 bool working = false;
+bool output_is_result = false;
+Verbosity chosen = Verbosity::normal;
+
+// Where what is said to `stream` really goes.
+std::FILE* shown_at(std::FILE* stream) {
+  if (stream == stdout && output_is_result) stream = stderr;
+  return stream == stderr && messages != nullptr ? messages : stream;
+}
 
 [[noreturn]] void terminated() {
   write_console(stderr, "sdmt: ended by an unexpected error\n");
@@ -29,10 +40,22 @@ void exited() {
 }  // namespace
 
 void write_console(std::FILE* stream, std::string_view text) {
-  if (stream == stderr && messages != nullptr) stream = messages;
+  stream = shown_at(stream);
   if (std::fwrite(text.data(), 1, text.size(), stream) == text.size()) return;
   if (stream == stdout && output_error == 0) output_error = errno;
 }
+
+void give_standard_output_to_result() { output_is_result = true; }
+
+void set_verbosity(Verbosity verbosity) {
+  chosen = verbosity;
+  // Libraries write to the descriptor.
+  if (verbosity == Verbosity::verbose && messages != nullptr) {
+    ::dup2(::fileno(messages), STDERR_FILENO);
+  }
+}
+
+Verbosity verbosity() { return chosen; }
 
 int flush_standard_output() {
   if (std::fflush(stdout) != 0 && output_error == 0) output_error = errno;
@@ -72,8 +95,17 @@ QuietLibraries::QuietLibraries() {
 
 QuietLibraries::~QuietLibraries() { working = false; }
 
-bool is_terminal() {
-  return ::isatty(messages != nullptr ? ::fileno(messages) : STDERR_FILENO) != 0;
+std::optional<int> console_width(std::FILE* stream) {
+  constexpr int kMost = 10000;
+  if (const char* columns = std::getenv("COLUMNS"); columns != nullptr) {
+    const auto width = io::parse_number<int>(columns);
+    if (width && *width > 0 && *width <= kMost) return width;
+  }
+  winsize size{};
+  if (::ioctl(::fileno(shown_at(stream)), TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return {};
+  return size.ws_col;
 }
+
+bool is_terminal() { return ::isatty(::fileno(shown_at(stderr))) != 0; }
 
 }  // namespace sdmt::tools

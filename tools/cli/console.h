@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -24,6 +25,27 @@ void say(std::FILE* stream, fmt::format_string<Args...> text, Args&&... args) {
   write_console(stream, io::printable(said, said.size(), "\n\r\t"));
 }
 
+/// How much a run says beside its result. --quiet: warnings and errors alone. --verbose: also what
+/// is used, and what the libraries below say.
+enum class Verbosity { quiet, normal, verbose };
+void set_verbosity(Verbosity verbosity);
+Verbosity verbosity();
+
+/// say(stdout), of how a run goes and went; not when quiet.
+template <typename... Args>
+void note(fmt::format_string<Args...> text, Args&&... args) {
+  if (verbosity() != Verbosity::quiet) say(stdout, text, std::forward<Args>(args)...);
+}
+
+/// say(stderr), of what a run uses; only when verbose.
+template <typename... Args>
+void detail(fmt::format_string<Args...> text, Args&&... args) {
+  if (verbosity() == Verbosity::verbose) say(stderr, text, std::forward<Args>(args)...);
+}
+
+/// From now on what is said to standard output goes to standard error: a result is written there.
+void give_standard_output_to_result();
+
 /// Writes what is still buffered; 0, or the errno with which standard output failed, now or before.
 int flush_standard_output();
 
@@ -42,6 +64,10 @@ class QuietLibraries {
   QuietLibraries(const QuietLibraries&) = delete;
   QuietLibraries& operator=(const QuietLibraries&) = delete;
 };
+
+/// Columns of the terminal that shows what is said to `stream`: the environment variable COLUMNS,
+/// else as the terminal answers. Nothing where there is neither: a file or a pipe has no width.
+std::optional<int> console_width(std::FILE* stream);
 
 /// Whether messages are shown by a terminal.
 bool is_terminal();

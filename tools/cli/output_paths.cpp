@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "cli/console.h"
 #include "sdmt/io/output_file.h"
 
 namespace sdmt::tools {
@@ -40,16 +41,27 @@ void check_outputs(const std::vector<NamedPath>& inputs, const std::vector<Named
       if (same_file(outputs[i].path, input.path)) refuse(outputs[i], input, "is read as");
     }
     for (std::size_t j = 0; j < i; ++j) {
-      if (same_file(outputs[i].path, outputs[j].path)) {
+      const bool both_printed = outputs[i].path == "-" && outputs[j].path == "-";
+      if (both_printed || same_file(outputs[i].path, outputs[j].path)) {
         refuse(outputs[i], outputs[j], "is written by");
       }
     }
   }
   for (const NamedPath& output : outputs) {
+    if (output.path == "-") give_standard_output_to_result();
     // A pipe or device is not opened twice: its reader would see an end.
     std::error_code ignored;
     if (is_file(output.path) || fs::is_directory(output.path, ignored)) {
       const io::OutputFile writable(output.path);
+    }
+  }
+}
+
+void refuse_standard_output(const std::vector<NamedPath>& outputs) {
+  for (const NamedPath& output : outputs) {
+    if (output.path == "-") {
+      throw std::invalid_argument(
+          fmt::format("{} is -, expected a file (one of that name is ./-)", output.option));
     }
   }
 }

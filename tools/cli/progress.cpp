@@ -16,6 +16,22 @@ namespace {
 
 constexpr int kBarWidth = 24;
 
+// A line that the terminal would wrap could not be redrawn in place. Text of others may be cut in
+// the middle of a character.
+std::string cut(std::string line, std::size_t columns) {
+  if (line.size() > columns) {
+    line.resize(columns);
+    constexpr unsigned char kContinues = 0x80, kBits = 0xC0, kFirst = 0xC0;
+    while (!line.empty() && (static_cast<unsigned char>(line.back()) & kBits) == kContinues) {
+      line.pop_back();
+    }
+    if (!line.empty() && (static_cast<unsigned char>(line.back()) & kBits) == kFirst) {
+      line.pop_back();
+    }
+  }
+  return line;
+}
+
 std::string clock_text(double seconds) {
   const std::int64_t whole = std::llround(seconds);
   if (whole >= 3600) {
@@ -39,6 +55,7 @@ Progress::~Progress() {
 }
 
 void Progress::update(std::int64_t done, std::string_view note) {
+  if (verbosity() == Verbosity::quiet) return;
   if (first_ < 0) first_ = done > 1 ? done - 1 : 0;
   const auto now = Clock::now();
   const double since_shown = std::chrono::duration<double>(now - shown_).count();
@@ -52,8 +69,12 @@ void Progress::update(std::int64_t done, std::string_view note) {
     shown_tenth_ = tenth;
   }
   shown_ = now;
-  const std::string line = text(done, std::chrono::duration<double>(now - start_).count(), note);
+  const double seconds = std::chrono::duration<double>(now - start_).count();
+  std::string line = text(done, seconds, note, terminal_);
   if (terminal_) {
+    constexpr int kUsual = 80;
+    const auto room = static_cast<std::size_t>(console_width(stderr).value_or(kUsual) - 1);
+    if (line.size() > room) line = cut(text(done, seconds, note, false), room);
     const std::size_t old = std::exchange(width_, line.size());
     say(stderr, "\r{}{:{}}", line, "", old > line.size() ? old - line.size() : 0);
   } else {
@@ -62,12 +83,13 @@ void Progress::update(std::int64_t done, std::string_view note) {
   std::fflush(stderr);
 }
 
-std::string Progress::text(std::int64_t done, double seconds, std::string_view note) const {
+std::string Progress::text(std::int64_t done, double seconds, std::string_view note,
+                           bool bar) const {
   const double rate = seconds > 0 ? static_cast<double>(done - first_) / seconds : 0;
   std::string line = label_ + " ";
   if (total_ > 0) {
     const double part = std::clamp(static_cast<double>(done) / static_cast<double>(total_), 0., 1.);
-    if (terminal_) {
+    if (bar) {
       const int full = static_cast<int>(part * kBarWidth);
       line += fmt::format("[{:=<{}}{:{}}] ", "", full, "", kBarWidth - full);
     }

@@ -8,9 +8,9 @@
 
 namespace sdmt::tools {
 
-/// Shows on stderr how far long work has come: a bar redrawn in place on a terminal, otherwise a
-/// line at every tenth of the work and at least every 30 seconds (but never more than one a
-/// second).
+/// Shows on stderr how far long work has come, unless quiet: a bar redrawn in place on a terminal,
+/// shortened to its width, otherwise a line at every tenth of the work and at least every 30
+/// seconds (but never more than one a second).
 class Progress {
  public:
   /// `label` says what is done, `unit` what is counted ("frames"). total <= 0: not known, as for a
@@ -26,7 +26,7 @@ class Progress {
 
  private:
   using Clock = std::chrono::steady_clock;
-  std::string text(std::int64_t done, double seconds, std::string_view note) const;
+  std::string text(std::int64_t done, double seconds, std::string_view note, bool bar) const;
 
   std::string label_;
   std::string unit_;

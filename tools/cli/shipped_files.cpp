@@ -8,6 +8,8 @@
 #include <system_error>
 #include <vector>
 
+#include "cli/console.h"
+
 namespace sdmt::tools {
 
 namespace {
@@ -67,6 +69,7 @@ fs::path find_default_model() {
     throw std::invalid_argument(
         fmt::format("the shipped model was not found (tried {}); name one with --model", tried));
   }
+  detail("model {}\n", found.string());
   return found;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,9 +18,14 @@ class TextTable {
   void add_row(std::vector<std::string> cells);
   /// A line of dashes.
   void add_rule();
+  /// As wide as standard output, where that is a terminal: columns that do not fit follow below,
+  /// behind the first again; only text in the last column goes beyond.
   std::string str() const;
 
  private:
+  std::string block(std::span<const std::size_t> columns,
+                    std::span<const std::size_t> widths) const;
+
   std::vector<std::vector<std::string>> rows_;  // the header first; an empty row is a rule
   std::set<std::size_t> text_columns_;
 };

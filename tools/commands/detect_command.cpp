@@ -94,7 +94,7 @@ void DetectCommand::keep() const {
     file.write(lines ? json_line(frame.number, found) : mot_rows(frame.number, found));
   });
   file.commit();
-  say(stdout, "{} frames, {} boxes\n", frames, boxes);
+  note("{} frames, {} boxes\n", frames, boxes);
 }
 
 // The boxes of one frame, by frame number.
@@ -201,8 +201,10 @@ void add_detect_command(CLI::App& app) {
                   "MOT sequence folder, image folder, video file, camera:N or rtsp:// URL")
       ->required()
       ->type_name("INPUT");
-  sub->add_option("--output", command->output,
-                  "Boxes as MOT rows, or as JSON lines where the name ends in .jsonl")
+  sub->add_option(
+         "--output", command->output,
+         "Boxes as MOT rows, or as JSON lines where the name ends in .jsonl; - for rows on "
+         "standard output")
       ->type_name("FILE");
   sub->add_option(
          "--compare", command->compare,

@@ -36,7 +36,7 @@ void run(const InitModelOptions& options) {
     }
   }
   reid::save_model(options.output, model);
-  say(stdout, "wrote {}: {}\n", options.output, model.metadata.provenance);
+  note("wrote {}: {}\n", options.output, model.metadata.provenance);
 }
 
 }  // namespace

@@ -185,9 +185,8 @@ void TrackCommand::check_images(const pipeline::FrameSource& frames,
 }
 
 void TrackCommand::report(const pipeline::RunReport& report) const {
-  std::FILE* out = jsonl == "-" ? stderr : stdout;
-  say(out, "{}", run_summary(report));
-  if (stats) say(out, "{}", stage_table(report));
+  note("{}", run_summary(report));
+  if (stats) say(stdout, "{}", stage_table(report));
 }
 
 void TrackCommand::run() const {
@@ -255,7 +254,8 @@ void add_track_command(CLI::App& app) {
                   "MOT sequence folder, image folder, video file, camera:N or rtsp:// URL")
       ->required()
       ->type_name("INPUT");
-  sub->add_option("--output", command->output, "Tracks as MOTChallenge result rows")
+  sub->add_option("--output", command->output,
+                  "Tracks as MOTChallenge result rows; - for standard output")
       ->type_name("FILE");
   add_detection_arguments(*sub, command->detections);
   sub->add_option("--jsonl", command->jsonl, "Finished frames as JSON lines; - for standard output")

@@ -49,8 +49,8 @@ reid::Model starting_model(const TrainingArguments& arguments) {
     const auto ignored = reid::load_trunk(arguments.trunk, model.network);
     model.metadata.provenance = "trunk from " + fs::path(arguments.trunk).filename().string();
     if (!ignored.empty()) {
-      say(stdout, "{}: {} tensors besides the trunk are ignored, the first is {}\n",
-          arguments.trunk, ignored.size(), ignored.front());
+      note("{}: {} tensors besides the trunk are ignored, the first is {}\n", arguments.trunk,
+           ignored.size(), ignored.front());
     }
   }
   return model;
@@ -69,27 +69,27 @@ std::string left_out(const reid::LeftOut& files) {
 
 void describe(const train::TrainingSet& set, const TrainingArguments& arguments,
               const train::Trainer& trainer) {
-  say(stdout, "training on {} images of {} people\n", set.images.size(), set.identities.size());
+  note("training on {} images of {} people\n", set.images.size(), set.identities.size());
   if (!set.unlabelled.empty()) {
-    say(stdout, "{} of the images are nobody's in particular\n", set.unlabelled.size());
+    note("{} of the images are nobody's in particular\n", set.unlabelled.size());
   }
   if (!set.teacher.empty()) {
-    say(stdout, "taught by vectors of {} values", set.teacher.shape().c);
+    note("taught by vectors of {} values", set.teacher.shape().c);
     if (trainer.teacher_kept() < 1) {
-      say(stdout, ", of which the principal axes keep {:.1f} %", 100 * trainer.teacher_kept());
+      note(", of which the principal axes keep {:.1f} %", 100 * trainer.teacher_kept());
     }
-    say(stdout, "\n");
+    note("\n");
   }
   for (const auto& validation : set.validation) {
-    say(stdout, "validating on {}: {} images of {} people\n", validation.name,
-        validation.images.size(), validation.labels.back() + 1);
+    note("validating on {}: {} images of {} people\n", validation.name, validation.images.size(),
+         validation.labels.back() + 1);
   }
   for (const auto& path : set.unreadable) say(stdout, "left out, unreadable: {}\n", path.string());
   say(stdout, "{}", left_out(set.left_out));
   if (trainer.cache_bytes() > 0) {
-    say(stdout, "features of {} views of each image take {} MiB {}\n", arguments.trainer.views,
-        trainer.cache_bytes() >> 20,
-        arguments.feature_cache.empty() ? "of memory" : "in " + arguments.feature_cache);
+    note("features of {} views of each image take {} MiB {}\n", arguments.trainer.views,
+         trainer.cache_bytes() >> 20,
+         arguments.feature_cache.empty() ? "of memory" : "in " + arguments.feature_cache);
   }
 }
 
@@ -148,10 +148,11 @@ bool run(train::Trainer& trainer, const TrainingArguments& arguments, const Stop
       if (trainer.validation_due()) {
         validation = trainer.validate();
         if (!validation->auc.empty()) {
-          say(stdout, "iteration {}: loss {:.5f}{}, active negatives {:.2f}, validation AUC{}{}\n",
-              step.iteration, step.loss,
-              step.teacher_loss ? fmt::format(", teacher {:.4f}", *step.teacher_loss) : "",
-              step.mining.active_negatives, scores(*validation), validation->best ? " (best)" : "");
+          note("iteration {}: loss {:.5f}{}, active negatives {:.2f}, validation AUC{}{}\n",
+               step.iteration, step.loss,
+               step.teacher_loss ? fmt::format(", teacher {:.4f}", *step.teacher_loss) : "",
+               step.mining.active_negatives, scores(*validation),
+               validation->best ? " (best)" : "");
           std::fflush(stdout);
         }
         if (validation->best && !validation->auc.empty()) {
@@ -205,8 +206,8 @@ void run_pair_classifier(reid::Model& model, const train::TrainingSet& data,
     }
     progress->update(step.iteration, fmt::format("loss {:.4f}", step.loss));
     for (const auto& [name, auc] : step.auc) {
-      say(stdout, "iteration {}: loss {:.4f}, validation AUC  {} {:.4f}{}\n", step.iteration,
-          step.loss, name, auc, step.best ? " (best)" : "");
+      note("iteration {}: loss {:.4f}, validation AUC  {} {:.4f}{}\n", step.iteration, step.loss,
+           name, auc, step.best ? " (best)" : "");
       std::fflush(stdout);
     }
     if (stop.requested()) throw Stopped();
@@ -216,7 +217,7 @@ void run_pair_classifier(reid::Model& model, const train::TrainingSet& data,
                                                    arguments.feature_cache);
     progress.reset();
     train::save_pair_classifier(arguments.output, model, classifier, arguments.storage);
-    say(stdout, "wrote {}\n", arguments.output);
+    note("wrote {}\n", arguments.output);
   } catch (const Stopped&) {
     say(stdout, "stopped, nothing written\n");
   }
@@ -231,6 +232,10 @@ void train_embedder(TrainingArguments arguments) {
   // Nobody trains for hours to learn that the result cannot be written.
   std::vector<NamedPath> inputs{{"--trunk", arguments.trunk}, {"--model", arguments.model}};
   for (const auto& teacher : arguments.data.teachers) inputs.push_back({"--teacher", teacher});
+  refuse_standard_output({{"--output", arguments.output},
+                          {"--checkpoint", arguments.checkpoint},
+                          {"--log", arguments.log},
+                          {"--feature-cache", arguments.feature_cache}});
   check_outputs(inputs, {{"--output", arguments.output},
                          {"--checkpoint", arguments.checkpoint},
                          {"--log", arguments.log},
@@ -277,7 +282,7 @@ void train_embedder(TrainingArguments arguments) {
   }
   trainer.finish();
   reid::save_model(arguments.output, model, arguments.storage);
-  say(stdout, "wrote {}\n", arguments.output);
+  note("wrote {}\n", arguments.output);
   write_json_file(arguments.json, report);
 }
 

@@ -79,13 +79,13 @@ std::string ablation_html(const AblationRun& run) {
   report.add_heading("Variants");
   report.add_table(result_table(run, best));
   if (best != nullptr) {
-    report.add_svg(score_bars_svg(groups));
+    add_score_bars(report, groups);
     report.add_heading("HOTA over localisation");
     SvgPlotOptions options;
     options.width = 936;
     options.x.label = "localisation threshold";
     options.y.percent = true;
-    options.legend = LegendCorner::top_right;
+    options.legend = LegendCorner::bottom_left;
     SvgPlot plot(std::move(options));
     const auto alphas = eval::hota_alphas();
     for (std::size_t i = 0; i < groups.size(); ++i) {
@@ -93,7 +93,7 @@ std::string ablation_html(const AblationRun& run) {
       for (std::size_t a = 0; a < alphas.size(); ++a) {
         points.push_back({alphas[a], groups[i].scores->hota.hota[a]});
       }
-      plot.add_line(groups[i].name, points, "", i >= 6);  // the paper's six full, ours dashed
+      plot.add_line(groups[i].name, points);
     }
     report.add_svg(plot.str());
   }

@@ -57,9 +57,9 @@ void add_alpha_plots(HtmlReport& report, const eval::HotaScores& hota) {
                                                   {"DetPr", &hota.detpr},
                                                   {"AssRe", &hota.assre},
                                                   {"AssPr", &hota.asspr}})};
-  report.add_svg(svg_figure(panels, 2),
-                 "How strictly boxes must fit before they count. Detection falls where boxes are "
-                 "loose; association falls with it and with every change of identity.");
+  report.add_plots(panels,
+                   "How strictly boxes must fit before they count. Detection falls where boxes are "
+                   "loose; association falls with it and with every change of identity.");
 }
 
 void add_events(HtmlReport& report, const Evaluation& evaluation,
@@ -89,6 +89,34 @@ void add_events(HtmlReport& report, const Evaluation& evaluation,
   report.add_table(table);
 }
 
+SvgPlot score_bars(std::span<const NamedScores> groups) {
+  std::vector<double> mota, idf1, hota;
+  SvgPlotOptions options;
+  // As wide as its names need; what is wider than the other plots is scrolled on small screens.
+  constexpr int kGroup = 72, kBeside = 110, kNarrowest = 460, kWidest = 936;
+  const int count = static_cast<int>(groups.size());
+  options.width = std::clamp(kBeside + kGroup * count, kNarrowest, kWidest);
+  options.height = 300;
+  options.legend = LegendCorner::top_right;
+  constexpr double kAxisLabels = 74, kLegend = 90;  // pixels
+  options.x.low = 0;
+  options.x.high = count * (1 + kLegend / (options.width - kAxisLabels - kLegend));
+  options.y.percent = true;
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    // A bar cannot go below the axis; the table has the number.
+    mota.push_back(std::max(0.0, groups[i].scores->clear.mota));
+    idf1.push_back(groups[i].scores->identity.idf1);
+    hota.push_back(eval::mean(groups[i].scores->hota.hota));
+    options.x.ticks.push_back(static_cast<double>(i) + 0.5);
+    options.x.tick_labels.push_back(groups[i].name);
+  }
+  SvgPlot plot(std::move(options));
+  plot.add_bars("MOTA", 0.14, 1, 0.22, mota);
+  plot.add_bars("IDF1", 0.39, 1, 0.22, idf1);
+  plot.add_bars("HOTA", 0.64, 1, 0.22, hota);
+  return plot;
+}
+
 }  // namespace
 
 void add_sequence_table(HtmlReport& report, const Evaluation& evaluation) {
@@ -107,28 +135,10 @@ void add_sequence_table(HtmlReport& report, const Evaluation& evaluation) {
   report.add_table(table);
 }
 
-std::string score_bars_svg(std::span<const NamedScores> groups) {
-  std::vector<double> mota, idf1, hota;
-  SvgPlotOptions options;
-  options.width = 936;
-  options.height = 300;
-  options.legend = LegendCorner::top_right;
-  options.x.low = 0;
-  options.x.high = static_cast<double>(groups.size()) + (groups.size() > 6 ? 1.0 : 0.6);
-  options.y.percent = true;
-  for (std::size_t i = 0; i < groups.size(); ++i) {
-    // A bar cannot go below the axis; the table has the number.
-    mota.push_back(std::max(0.0, groups[i].scores->clear.mota));
-    idf1.push_back(groups[i].scores->identity.idf1);
-    hota.push_back(eval::mean(groups[i].scores->hota.hota));
-    options.x.ticks.push_back(static_cast<double>(i) + 0.5);
-    options.x.tick_labels.push_back(groups[i].name);
-  }
-  SvgPlot plot(std::move(options));
-  plot.add_bars("MOTA", 0.14, 1, 0.22, mota);
-  plot.add_bars("IDF1", 0.39, 1, 0.22, idf1);
-  plot.add_bars("HOTA", 0.64, 1, 0.22, hota);
-  return plot.str();
+void add_score_bars(HtmlReport& report, std::span<const NamedScores> groups) {
+  constexpr int kAPhone = 600;
+  const SvgPlot plot = score_bars(groups);
+  plot.options().width < kAPhone ? report.add_plots({&plot, 1}) : report.add_svg(plot.str());
 }
 
 void add_timelines(HtmlReport& report, const Evaluation& evaluation) {
@@ -176,7 +186,7 @@ std::string evaluation_html(const Evaluation& evaluation, const std::string& res
   for (const auto& sequence : evaluation.sequences) {
     groups.push_back({sequence.prepared.name, &sequence.scores});
   }
-  if (groups.size() > 1) report.add_svg(score_bars_svg(groups));
+  if (groups.size() > 1) add_score_bars(report, groups);
   report.add_heading("HOTA over localisation");
   add_alpha_plots(report, all.hota);
   add_timelines(report, evaluation);

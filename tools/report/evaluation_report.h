@@ -22,7 +22,7 @@ struct NamedScores {
   std::string name;
   const eval::Scores* scores = nullptr;
 };
-std::string score_bars_svg(std::span<const NamedScores> groups);
+void add_score_bars(HtmlReport& report, std::span<const NamedScores> groups);
 
 /// A row a sequence and one for all.
 void add_sequence_table(HtmlReport& report, const Evaluation& evaluation);

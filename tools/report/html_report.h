@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "report/svg_plot.h"
+
 namespace sdmt::tools {
 
 /// The first column is text, set left; the others are numbers, set right.
@@ -32,7 +34,8 @@ struct HtmlCard {
   std::string note;  ///< may have several lines
 };
 
-/// One HTML page that needs no other file: style, plots and pictures are inside. All texts given to
+/// One HTML page that needs no other file: style, plots and pictures are inside. It fits screens
+/// from a telephone's on, light or dark, and ends with the command that made it. All texts given to
 /// it are escaped; only add_svg() takes markup.
 class HtmlReport {
  public:
@@ -42,7 +45,9 @@ class HtmlReport {
   void add_paragraph(std::string_view text);
   void add_numbers(std::span<const HtmlNumber> numbers);
   void add_table(const HtmlTable& table);
-  /// `svg` as SvgPlot::str() or svg_figure() made it.
+  /// Plots side by side where the page is wide enough, else below each other.
+  void add_plots(std::span<const SvgPlot> plots, std::string_view caption = {});
+  /// A drawing of 700 pixels or more, which is scrolled on a small screen.
   void add_svg(std::string_view svg, std::string_view caption = {});
   void add_image(std::string_view uri, std::string_view caption = {});
   void add_gallery(std::span<const HtmlCard> cards);

@@ -85,6 +85,10 @@ std::string document(int width, int height, std::string_view label, std::string_
       width, height, escape_markup(label), kFont, content);
 }
 
+std::string dash_attribute(const std::string& dashes) {
+  return dashes.empty() ? "" : fmt::format(" stroke-dasharray=\"{}\"", dashes);
+}
+
 void check(const SvgAxis& axis) {
   if (!(axis.low < axis.high) || (axis.logarithmic && axis.low <= 0)) {
     throw std::invalid_argument(
@@ -129,6 +133,11 @@ std::string series_color(std::size_t i) {
   return kPalette[i % kPalette.size()];
 }
 
+std::string series_dashes(std::size_t i) {
+  constexpr std::array<const char*, 6> kDashes = {"", "7 3", "2 2.5", "9 3 2 3", "13 4", "4 2 1 2"};
+  return kDashes[i % kDashes.size()];
+}
+
 SvgPlot::SvgPlot(SvgPlotOptions options) : options_(std::move(options)) {
   check(options_.x);
   check(options_.y);
@@ -150,8 +159,7 @@ std::string SvgPlot::next_color(std::string color) {
   return color.empty() ? series_color(colors_++) : std::move(color);
 }
 
-void SvgPlot::add_line(std::string name, std::span<const SvgPoint> points, std::string color,
-                       bool dashed) {
+void SvgPlot::add_line(std::string name, std::span<const SvgPoint> points, std::string color) {
   color = next_color(std::move(color));
   std::string path;
   double last_x = 0;
@@ -165,11 +173,12 @@ void SvgPlot::add_line(std::string name, std::span<const SvgPoint> points, std::
     last_x = x;
     last_y = y;
   }
+  const std::string dashes = series_dashes(entries_.size());
   data_ += fmt::format(
       "<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\" "
       "stroke-linejoin=\"round\"{}/>\n",
-      path, color, dashed ? " stroke-dasharray=\"5 4\"" : "");
-  entries_.push_back({std::move(name), color, dashed});
+      path, color, dash_attribute(dashes));
+  entries_.push_back({std::move(name), color, dashes});
 }
 
 void SvgPlot::add_bars(std::string name, double left, double step, double width,
@@ -197,11 +206,12 @@ void SvgPlot::add_bars(std::string name, double left, double step, double width,
   }
   data_ += fmt::format("<path d=\"{}\" fill=\"{}\" fill-opacity=\"{}\"/>\n", area, color,
                        touching ? "0.22" : "0.85");
+  const std::string dashes = touching ? series_dashes(entries_.size()) : "";
   if (touching) {
-    data_ += fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\"/>\n",
-                         outline, color);
+    data_ += fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\"{}/>\n",
+                         outline, color, dash_attribute(dashes));
   }
-  entries_.push_back({std::move(name), color, false});
+  entries_.push_back({std::move(name), color, dashes});
 }
 
 void SvgPlot::add_vertical_line(double x, std::string label, std::string color) {
@@ -222,7 +232,7 @@ void SvgPlot::add_marker(SvgPoint at, std::string name, std::string color) {
   data_ += fmt::format(
       "<circle cx=\"{}\" cy=\"{}\" r=\"4\" fill=\"#ffffff\" stroke=\"{}\" stroke-width=\"2\"/>\n",
       number(pixel_x(at.x)), number(pixel_y(at.y)), color);
-  entries_.push_back({std::move(name), color, false});
+  entries_.push_back({std::move(name), color, ""});
 }
 
 std::string SvgPlot::legend() const {
@@ -233,7 +243,7 @@ std::string SvgPlot::legend() const {
   std::size_t longest = 0;
   for (const Entry& entry : named) longest = std::max(longest, entry.name.size());
   constexpr double kRow = 18;
-  const double width = 40 + 6.4 * static_cast<double>(longest);
+  const double width = 48 + 6.4 * static_cast<double>(longest);
   const double height = kRow * static_cast<double>(named.size()) + 8;
   const bool at_left =
       options_.legend == LegendCorner::top_left || options_.legend == LegendCorner::bottom_left;
@@ -247,10 +257,10 @@ std::string SvgPlot::legend() const {
       number(x), number(y), number(width), number(height), kGrid);
   for (std::size_t i = 0; i < named.size(); ++i) {
     const double row = y + 4 + kRow * (static_cast<double>(i) + 0.5);
-    result += line(x + 8, row, x + 26, row,
+    result += line(x + 8, row, x + 34, row,
                    fmt::format("stroke=\"{}\" stroke-width=\"3\"{}", named[i].color,
-                               named[i].dashed ? " stroke-dasharray=\"5 3\"" : ""));
-    result += text(x + 33, row + 4, "start", fmt::format("fill=\"{}\" font-size=\"11.5\"", kInk),
+                               dash_attribute(named[i].dashes)));
+    result += text(x + 41, row + 4, "start", fmt::format("fill=\"{}\" font-size=\"11.5\"", kInk),
                    escape_markup(named[i].name));
   }
   return result;

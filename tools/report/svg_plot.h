@@ -15,6 +15,10 @@ std::string escape_markup(std::string_view text);
 /// Colour number i of the reports' palette, "#rrggbb"; goes round after eight.
 std::string series_color(std::size_t i);
 
+/// Dashes of line number i for those to whom colours are alike, as a stroke-dasharray; empty for
+/// the first. Goes round after six.
+std::string series_dashes(std::size_t i);
+
 struct SvgAxis {
   std::string label;
   double low = 0;
@@ -51,9 +55,8 @@ class SvgPlot {
   /// Throws std::invalid_argument for an empty range, or a logarithmic axis that reaches zero.
   explicit SvgPlot(SvgPlotOptions options);
 
-  /// A line through the points. Points closer than half a pixel are left out.
-  void add_line(std::string name, std::span<const SvgPoint> points, std::string color = "",
-                bool dashed = false);
+  /// A line through the points, dashed by its number. Points closer than half a pixel are left out.
+  void add_line(std::string name, std::span<const SvgPoint> points, std::string color = "");
   /// Bars from zero to values[i] over [left + i * step, left + i * step + width]. Translucent, so
   /// that two histograms can overlap; with width == step they touch and share one outline.
   void add_bars(std::string name, double left, double step, double width,
@@ -73,7 +76,7 @@ class SvgPlot {
   struct Entry {
     std::string name;
     std::string color;
-    bool dashed = false;
+    std::string dashes;  // a stroke-dasharray, or empty
   };
   double pixel_x(double x) const;
   double pixel_y(double y) const;

@@ -32,16 +32,16 @@ SvgPlot roc_plot(const ValidationScores& scores, bool logarithmic, const std::st
   options.y = {"true positive rate", 0, 1};
   options.legend = logarithmic ? LegendCorner::none : LegendCorner::bottom_right;
   SvgPlot plot(std::move(options));
-  const auto add = [&](const std::string& name, const ValidatedCurve& curve, bool dashed) {
+  const auto add = [&](const std::string& name, const ValidatedCurve& curve) {
     const reid::Roc& roc = curve.pairs.roc;
     const auto label = fmt::format("{}  AUC {:.3f}", name, roc.auc());
-    plot.add_line(label, rates(roc), "", dashed);
+    plot.add_line(label, rates(roc));
   };
   const ContenderScores& model = scores.contenders.front();
-  add(model.name, model.person_only, false);
-  add("paper mix", model.paper, true);
+  add(model.name, model.person_only);
+  add("paper mix", model.paper);
   for (std::size_t f = 1; f < scores.contenders.size(); ++f) {
-    add(scores.contenders[f].name, scores.contenders[f].person_only, false);
+    add(scores.contenders[f].name, scores.contenders[f].person_only);
   }
   return plot;
 }
@@ -57,7 +57,7 @@ SvgPlot histogram_plot(const ValidationScores& scores, const std::string& of) {
   options.title = "Distances" + of;
   options.x = {"distance d of two embeddings", 0, kBins * histogram.bin_width};
   options.y = {"share of the pairs", 0, 1.15 * highest, false, true};
-  options.legend = LegendCorner::top_right;
+  options.legend = LegendCorner::top_left;
   SvgPlot plot(std::move(options));
   const double w = histogram.bin_width;
   plot.add_bars("one person", 0, w, w, histogram.positives, kSameColor);
@@ -91,6 +91,11 @@ SvgPlot threshold_plot(const ValidationScores& scores, const std::string& of) {
   plot.add_vertical_line(scores.chosen.tau_a, fmt::format("{:.3f}, by {}", scores.chosen.tau_a,
                                                           scores.chosen.criterion));
   return plot;
+}
+
+std::vector<SvgPlot> panels(const ValidationScores& scores, const std::string& of) {
+  return {roc_plot(scores, false, of), roc_plot(scores, true, of), histogram_plot(scores, of),
+          threshold_plot(scores, of)};
 }
 
 void add_summary(HtmlReport& report, const ValidationScores& scores) {
@@ -216,9 +221,10 @@ std::vector<HtmlCard> cards(const std::vector<reid::ImagePair>& pairs,
 void add_set(HtmlReport& report, const ValidationScores& scores, const DescribedCrops& described) {
   add_summary(report, scores);
   report.add_heading("Curves");
-  report.add_svg(validation_plot({&scores, 1}),
-                 "All curves on the person-only pairs, but the dashed one. Histograms have equal "
-                 "mass.");
+  report.add_plots(
+      panels(scores, ""),
+      "All curves on the person-only pairs, but that of the paper mix. Histograms have equal "
+      "mass.");
   add_tables(report, scores);
 
   constexpr std::size_t kMistakes = 12;
@@ -236,15 +242,13 @@ void add_set(HtmlReport& report, const ValidationScores& scores, const Described
 }  // namespace
 
 std::string validation_plot(std::span<const ValidationScores> sets) {
-  std::vector<SvgPlot> panels;
+  std::vector<SvgPlot> all;
   for (const ValidationScores& scores : sets) {
-    const std::string of = sets.size() > 1 ? ", " + scores.data : "";
-    panels.push_back(roc_plot(scores, false, of));
-    panels.push_back(roc_plot(scores, true, of));
-    panels.push_back(histogram_plot(scores, of));
-    panels.push_back(threshold_plot(scores, of));
+    for (SvgPlot& panel : panels(scores, sets.size() > 1 ? ", " + scores.data : "")) {
+      all.push_back(std::move(panel));
+    }
   }
-  return svg_figure(panels, 2);
+  return svg_figure(all, 2);
 }
 
 std::string validation_report(std::span<const ValidationScores> sets,

@@ -18,7 +18,7 @@ void run_drawing(int total, const std::string& unit, const std::string& summary,
       return !stop.requested();
     });
   }
-  say(stdout, "{}\n", whole ? summary : "stopped, nothing written");
+  note("{}\n", whole ? summary : "stopped, nothing written");
 }
 
 }  // namespace sdmt::tools

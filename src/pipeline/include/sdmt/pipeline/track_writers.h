@@ -24,7 +24,8 @@ class TrackWriter {
   virtual void commit() = 0;
 };
 
-/// MOTChallenge result rows. Throws as io::OutputFile.
+/// MOTChallenge result rows. "-" writes to standard output, each frame at once. Throws as
+/// io::OutputFile.
 std::unique_ptr<TrackWriter> make_mot_writer(const std::string& path);
 
 /// One JSON object a line and finished frame:
