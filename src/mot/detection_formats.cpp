@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 #include <limits>
+#include <span>
 #include <stdexcept>
 
 #include "box_collector.h"
@@ -42,6 +43,18 @@ std::vector<std::string_view> words(std::string_view line) {
   }
 }
 
+// class cx cy width height [score], all but the class fractions of the picture.
+bool is_yolo_label(std::span<const std::string_view> cells) {
+  constexpr std::size_t kFewest = 5, kMost = 6;
+  if (cells.size() < kFewest || cells.size() > kMost || !io::parse_number<int>(cells[0])) {
+    return false;
+  }
+  return std::all_of(cells.begin() + 1, cells.end(), [](std::string_view cell) {
+    const auto number = io::parse_number<double>(cell);
+    return number && *number >= 0 && *number <= 1;
+  });
+}
+
 }  // namespace
 
 std::optional<DetectionFormat> parse_detection_format(std::string_view name) {
@@ -69,6 +82,11 @@ DetectionFormat recognise_format(const fs::path& path) {
   const bool commas = first.find(',') != std::string_view::npos;
   if (!commas && cells.size() >= kKittiColumns && has_letters(cells[2])) {
     return DetectionFormat::kitti;
+  }
+  if (!commas && is_yolo_label(cells)) {
+    throw std::invalid_argument(path.string() +
+                                ": looks like YOLO's labels of one picture, expected the folder "
+                                "that holds such a file for each frame");
   }
   return has_letters(first.substr(0, first.find_first_of(",;\t"))) ? DetectionFormat::csv
                                                                    : DetectionFormat::mot;

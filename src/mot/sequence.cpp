@@ -41,11 +41,22 @@ struct NumberedImages {
   }
 };
 
+// Nothing where there is no such folder; one that cannot be listed is not taken for empty.
+fs::directory_iterator files_of(const fs::path& folder) {
+  std::error_code error;
+  fs::directory_iterator files(folder, error);
+  const bool missing =
+      error == std::errc::no_such_file_or_directory || error == std::errc::not_a_directory;
+  if (error && !missing) {
+    throw std::runtime_error(folder.string() + ": cannot be listed: " + error.message());
+  }
+  return files;
+}
+
 std::map<std::pair<std::string, std::string>, NumberedImages> numbered_images(
     const fs::path& folder) {
   std::map<std::pair<std::string, std::string>, NumberedImages> found;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
+  for (const auto& entry : files_of(folder)) {
     if (is_hidden(entry.path()) || !is_image_name(entry.path())) continue;
     const std::string stem = entry.path().stem().string();
     const std::size_t digits = stem.find_last_not_of("0123456789") + 1;
@@ -130,9 +141,8 @@ fs::path Sequence::image(int frame) const {
 }
 
 bool Sequence::has_images() const {
-  std::error_code error;
-  const fs::directory_iterator files(folder / image_folder, error);
-  return !error && std::any_of(begin(files), end(files), [this](const fs::directory_entry& file) {
+  const auto files = files_of(folder / image_folder);
+  return std::any_of(begin(files), end(files), [this](const fs::directory_entry& file) {
     return !is_hidden(file.path()) && file.path().extension() == image_extension;
   });
 }

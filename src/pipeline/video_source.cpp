@@ -107,6 +107,12 @@ std::optional<std::string> other_than_video(const std::string& name) {
       (starts("RIFF") && std::string_view(start).substr(8, 4) == "WEBP")) {
     return "is a single picture, expected a video or a folder of pictures";
   }
+  if (starts("ID3") || starts("fLaC") ||
+      std::string_view(start)
+          .substr(std::min<std::size_t>(4, start.size()))
+          .starts_with("ftypM4A")) {
+    return "is sound, whatever picture is on its cover; expected a video";
+  }
   if (starts("#EXTM3U") || starts("ffconcat") || starts("v=0")) return {};  // lists of videos
   const bool text = std::none_of(start.begin(), start.end(), [](char c) {
     const auto byte = static_cast<unsigned char>(c);

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <charconv>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 
 namespace sdmt::reid {
 
@@ -34,25 +34,40 @@ bool is_image_name(const fs::path& path) {
   return extension == ".jpg" || extension == ".jpeg" || extension == ".png";
 }
 
+// Why a folder holds no images, as far as what lies there tells.
+[[noreturn]] void refuse_without_images(const fs::path& folder, int folders, int other_files) {
+  std::string there;
+  if (folders > 0) {
+    there = std::to_string(folders) +
+            " folders; images of all people belong into one, named PID_cCAM... as in "
+            "0002_c1s1_000451_03.jpg";
+  } else if (other_files > 0) {
+    there = std::to_string(other_files) + " files of other kinds";
+  }
+  throw std::invalid_argument(folder.string() + ": holds no .jpg or .png image" +
+                              (there.empty() ? "" : ", but " + there));
+}
+
 // Sorted by name.
 std::vector<fs::path> image_files(const fs::path& folder, LeftOut* left_out) {
   if (!fs::is_directory(folder)) {
     throw std::invalid_argument(folder.string() + ": no such folder");
   }
   std::vector<fs::path> files;
+  int folders = 0, other_files = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const bool hidden = entry.path().filename().string().starts_with('.');
     const bool leads_nowhere = entry.is_symlink() && !entry.exists();
+    folders += !hidden && entry.is_directory() ? 1 : 0;
     if (hidden || !(entry.is_regular_file() || leads_nowhere)) continue;
     if (is_image_name(entry.path())) {
       files.push_back(entry.path());
-    } else if (left_out != nullptr) {
-      ++left_out->other_files;
+    } else {
+      ++other_files;
     }
   }
-  if (files.empty()) {
-    throw std::invalid_argument(folder.string() + ": holds no .jpg or .png image");
-  }
+  if (files.empty()) refuse_without_images(folder, folders, other_files);
+  if (left_out != nullptr) left_out->other_files += other_files;
   std::sort(files.begin(), files.end());
   return files;
 }
@@ -62,11 +77,18 @@ struct NameParts {
   int camid;
 };
 
-// PID_cCAM...; PID may be -1 (junk).
-std::optional<NameParts> parse_name(std::string_view name) {
+// PID_cCAM...; PID may be -1 (junk). Throws std::invalid_argument for one that is no int.
+std::optional<NameParts> parse_name(const fs::path& file) {
+  const std::string name = file.filename().string();
   NameParts parts{};
   const char* end = name.data() + name.size();
   const auto [after_pid, pid_error] = std::from_chars(name.data(), end, parts.pid);
+  if (pid_error == std::errc::result_out_of_range) {
+    throw std::invalid_argument(std::string(name) +
+                                ": the person's number is out of range, "
+                                "expected at most " +
+                                std::to_string(std::numeric_limits<int>::max()));
+  }
   if (pid_error != std::errc() || parts.pid < -1) return std::nullopt;
   if (end - after_pid < 3 || after_pid[0] != '_' || after_pid[1] != 'c') return std::nullopt;
   const auto [after_cam, cam_error] = std::from_chars(after_pid + 2, end, parts.camid);
@@ -95,7 +117,7 @@ std::vector<ReidImage> list_reid_images(const fs::path& folder, LeftOut* left_ou
   std::vector<ReidImage> images;
   images.reserve(files.size());
   for (auto& file : files) {
-    const auto parts = parse_name(file.filename().string());
+    const auto parts = parse_name(file);
     if (!parts) {
       throw std::invalid_argument(file.string() +
                                   ": the name does not say who is on it, expected PID_cCAM... as "

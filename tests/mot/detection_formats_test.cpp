@@ -156,6 +156,15 @@ TEST_F(DetectionFormats, SayWhatIsWrongWhere) {
   EXPECT_THROW(ClassFilter("person,,car"), std::invalid_argument);
 }
 
+TEST_F(DetectionFormats, OneFileOfAYoloFolderIsKnown) {
+  for (const std::string row : {"0 0.5 0.5 0.1 0.3\n", "2 0.51 0.5 0.1 0.3 0.97\n"}) {
+    EXPECT_THAT(
+        refusal(write("000001.txt", row)),
+        HasSubstr("000001.txt: looks like YOLO's labels of one picture, expected the folder"));
+  }
+  EXPECT_EQ(refusal(write("blanks.txt", "1 -1 0.5 0.5 0.1 0.3 0.97\n")), "nothing");
+}
+
 TEST(ClassNames, AreThoseOfCoco) {
   EXPECT_EQ(coco_class_name(0), "person");
   EXPECT_EQ(coco_class_name(79), "toothbrush");

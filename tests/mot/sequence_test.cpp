@@ -54,6 +54,18 @@ TEST_F(SequenceFolder, ReadsTheInfoFile) {
   EXPECT_TRUE(sequence.has_images());
 }
 
+TEST_F(SequenceFolder, AFolderThatCannotBeListedIsNotTakenForEmpty) {
+  write("[Sequence]\nseqLength=3\n");
+  EXPECT_FALSE(Sequence::read(folder_).has_images());  // there is none
+  fs::create_symlink("img1", folder_ / "img1");        // a link to itself
+  try {
+    Sequence::read(folder_);
+    FAIL() << "listed";
+  } catch (const std::runtime_error& failure) {
+    EXPECT_THAT(failure.what(), ::testing::HasSubstr("img1: cannot be listed: "));
+  }
+}
+
 TEST_F(SequenceFolder, FillsInWhatIsMissing) {
   write("[Sequence]\n");
   const Sequence sequence = Sequence::read(folder_ / "");

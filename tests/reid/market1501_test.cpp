@@ -61,11 +61,25 @@ TEST(Market1501, NamesThatDoNotParseAreNamed) {
   }
 }
 
+TEST(Market1501, ANumberThatIsTooLargeIsSaidToBe) {
+  const TemporaryData data;
+  data.touch("10001000000000_c1s1_000001_00.jpg");
+  EXPECT_THAT(message_of([&] { list_reid_images(data.path()); }),
+              HasSubstr("10001000000000_c1s1_000001_00.jpg: the person's number is out of range, "
+                        "expected at most 2147483647"));
+}
+
 TEST(Market1501, EmptyOrMissingFoldersAreNamed) {
   const TemporaryData data;
   data.touch("readme.txt");
   EXPECT_THAT(message_of([&] { list_reid_images(data.path()); }),
               HasSubstr(data.path().string() + ": holds no .jpg or .png image"));
+  EXPECT_THAT(message_of([&] { list_reid_images(data.path()); }),
+              HasSubstr("but 1 files of other kinds"));
+  data.touch("anna/1.jpg");  // a folder for each person
+  data.touch("ben/1.jpg");
+  EXPECT_THAT(message_of([&] { list_reid_images(data.path()); }),
+              HasSubstr("but 2 folders; images of all people belong into one, named PID_cCAM"));
   EXPECT_THAT(message_of([&] { list_reid_images(data.path() / "no"); }),
               HasSubstr("/no: no such folder"));
   EXPECT_THAT(message_of([&] { split_folder(data.path(), Split::query); }),

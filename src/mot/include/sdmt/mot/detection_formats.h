@@ -35,7 +35,7 @@ struct DetectionReading {
 };
 
 /// By what it holds: a folder is yolo; in files the first line decides. Throws
-/// std::invalid_argument when there is no such file.
+/// std::invalid_argument when there is no such file, or when it is one of such a folder.
 DetectionFormat recognise_format(const std::filesystem::path& path);
 
 /// Frames are named by COCO's image_id, or, where there are annotations with images, by an image's

@@ -34,14 +34,16 @@ struct Sequence {
   /// unless there is a number 0, or the numbers reach beyond `length` but are no more than
   /// `length`: then the smallest belongs to frame 1. Hidden files (names beginning with a dot) are
   /// no images. Throws std::invalid_argument naming file, line and key for a missing file or a
-  /// value that is no number or out of range; unknown keys are ignored.
+  /// value that is no number or out of range, std::runtime_error for a folder of images that is
+  /// there but cannot be listed; unknown keys are ignored.
   static Sequence read(const std::filesystem::path& folder);
 
   /// Path of the image of frame `frame`, counted from 1.
   std::filesystem::path image(int frame) const;
   std::filesystem::path detections() const { return folder / "det" / "det.txt"; }
   std::filesystem::path ground_truth() const { return folder / "gt" / "gt.txt"; }
-  /// True when the image folder holds any image of the extension.
+  /// True when the image folder holds any image of the extension. Throws std::runtime_error as
+  /// read().
   bool has_images() const;
 };
 
