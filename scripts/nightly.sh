@@ -7,7 +7,7 @@
 # sanitize  all tests under AddressSanitizer and UndefinedBehaviorSanitizer; the benchmarks build
 # threads   the multi-threaded tests of nn, track and the C interface under ThreadSanitizer
 # fuzz      the readers of ground truth, results and models, and the C interface, FUZZ_SECONDS (600) each
-# faults    every file call and many allocations of the commands fail once; hostile files; full disks
+# faults    file calls and allocations of all commands fail once; hostile files; kill -9; full disks
 # soak      200,000 frames without growth of memory or time
 # practice  an embedder trained on made-up people alone tells strangers apart
 # people    with the network PETS09-S2L1 has fewer ID switches and a higher IDF1 than by motion alone
@@ -40,32 +40,15 @@ fuzz() {
   done
 }
 
-# In a name space of its own anybody may mount: outputs of every kind on a disk of 40 kB.
-full_disks() {
-  local work=$1 output status
-  mkdir -p "$work/small"
-  mount -t tmpfs -o size=40k tmpfs "$work/small"
-  for output in "--output o.txt" "--jsonl o.jsonl" "--render o.avi" \
-    "--render o.mp4" "--render o.mkv" "--render o.mov"; do
-    status=0
-    timeout 20 build/sdmt track "$work/scene" --no-appearance --stats \
-      "${output% *}" "$work/small/${output#* }" >"$work/log" 2>&1 || status=$?
-    echo "full disk, $output: exit $status, left: $(ls -A "$work/small")"
-    [ "$status" = 1 ] && [ -z "$(ls -A "$work/small")" ] || return 1
-  done
-}
-
 faults() {
   cmake --preset release -DSDMT_BUILD_TESTS=ON
   cmake --build build --parallel "$jobs" --target sdmt fault_injector
-  local work=build/faults
-  rm -rf $work && mkdir -p $work
-  build/sdmt synth scene --output $work/scene --frames 600 --width 480 --height 270
-  export -f full_disks
-  unshare --mount --map-root-user bash -ec "full_disks $PWD/$work"
-  python3 tests/faults/hostile.py --sdmt build/sdmt --model models/sdmt-vgg16.safetensors
+  python3 tests/faults/hostile.py --sdmt build/sdmt
+  python3 tests/faults/kills.py --sdmt build/sdmt
+  # In a name space of its own anybody may mount.
+  unshare --mount --map-root-user python3 tests/faults/disks.py --sdmt build/sdmt
   python3 tests/faults/faults.py --sdmt build/sdmt \
-    --injector build/tests/faults/libfault_injector.so --model models/sdmt-vgg16.safetensors
+    --injector build/tests/faults/libfault_injector.so --most 60
 }
 
 browser() {

@@ -8,14 +8,15 @@ import argparse
 import collections
 import json
 import math
-import os
 import pathlib
 import random
 import resource
+import shutil
 import struct
 import subprocess
 import sys
-import tempfile
+
+from bench import COMMANDS, Bench, words_of
 
 MEMORY = 4 << 30
 
@@ -83,7 +84,7 @@ def mutate_model(content, rng):
 
 
 def mutate_rows(content, rng):
-    lines = content.decode().splitlines()
+    lines = content.decode(errors="replace").splitlines()
     odd = ["nan", "inf", "-inf", "1e308", "-1e308", "1e12", "0", "-1", "2147483647", "2147483648",
            "1e-320", "", " ", "x", "\x1b[2J", "1,2", "1.5"]
     for _ in range(rng.choice([1, 3, 50])):
@@ -91,6 +92,38 @@ def mutate_rows(content, rng):
         cells = lines[at].split(",")
         cells[rng.randrange(len(cells))] = rng.choice(odd)
         lines[at] = ",".join(cells)
+    return "\n".join(lines).encode()
+
+
+def mutate_json(content, rng):
+    """Lines of JSON in which one value is another, or bytes are changed."""
+    if rng.random() < 0.4:
+        return mutate_bytes(content, rng)
+    odd = [-1, 0, 2**31, 2**63, 1e999, float("nan"), 1e38, "x", "\x1b]0;x\x07", None, [], {}, True,
+           [[[[1]]]], "\ud800"]
+    lines = content.decode().splitlines() if b"\n{" in content else [content.decode()]
+    at = rng.randrange(len(lines))
+    value = json.loads(lines[at])
+    target = value
+    while True:
+        keys = list(range(len(target))) if isinstance(target, list) else list(target)
+        inner = rng.choice(keys)
+        if not isinstance(target[inner], (dict, list)) or not target[inner] or rng.random() < 0.3:
+            break
+        target = target[inner]
+    target[inner] = rng.choice(odd)
+    lines[at] = json.dumps(value)
+    return "\n".join(lines).encode()
+
+
+def mutate_words(content, rng):
+    """key=value lines, one of them odd."""
+    lines = content.decode().splitlines()
+    at = rng.randrange(len(lines))
+    key = lines[at].split("=")[0]
+    lines[at] = rng.choice([key, f"{key}=", f"{key}=-1", f"{key}=0", f"{key}=1e9", f"{key}=nan",
+                            f"{key}=99999999999999", f"{key}=../../x", f"{key}=\x1b[2J", "[", "",
+                            key + "=" + "9" * 5000, f"{key}=1\n{key}=2"])
     return "\n".join(lines).encode()
 
 
@@ -108,85 +141,159 @@ def finite(path):
     return True
 
 
+def kinds_of(bench, bad):
+    """Name: (how it is damaged, the good file, where the bad one lies, the command)."""
+    at, out = bench.inputs, bad / "out"
+    detections = (at / "scene/det/det.txt").read_bytes()
+    rows = [line.split(",") for line in detections.decode().split()]
+    csv = "frame,x,y,width,height,score\n" + "\n".join(",".join([r[0], *r[2:7]]) for r in rows)
+    jsonl = "\n".join(json.dumps({"frame": frame, "boxes": [
+        [float(v) for v in r[2:6]] for r in rows if int(r[0]) == frame]}) for frame in range(1, 13))
+    coco = json.dumps([{"image_id": int(r[0]), "category_id": 1, "score": float(r[6]),
+                        "bbox": [float(v) for v in r[2:6]]} for r in rows])
+    kitti = "\n".join(f"{int(r[0]) - 1} -1 Pedestrian 0 0 -10 {float(r[2]):.1f} {float(r[3]):.1f} "
+                      f"{float(r[2]) + float(r[4]):.1f} {float(r[3]) + float(r[5]):.1f} "
+                      f"-1 -1 -1 -1000 -1000 -1000 -10 {r[6]}" for r in rows)
+    scene = bad / "scene"
+    shutil.copytree(at / "scene", scene)
+    shutil.copy(at / "made.weights", bad / "net.weights")
+    shutil.copy(at / "made.names", bad / "net.names")
+    shutil.copytree(at / "reid", bad / "reid")
+    photo = next((bad / "reid/bounding_box_train").glob("*.jpg"))
+    frame = scene / "img1/000003.jpg"
+    subprocess.run([bench.sdmt, "track", scene, "--no-appearance", "--min-length", "2", "--render",
+                    bad / "good.mp4"], check=True, capture_output=True)
+    file = bad / "file"
+    track = ["track", scene, "--no-appearance", "--output", out, "--detections", file]
+    train = [word.replace("IN/", f"{at}/").replace("OUT/m.safetensors", str(out))
+             for word in words_of(COMMANDS["train"])]
+    model = (at / "tiny.safetensors").read_bytes()
+    checkpoint = (at / "half.checkpoint").read_bytes()
+    cache = bad / "cache"
+    cached = [word.replace("IN/", f"{at}/").replace("OUT/m.safetensors", str(out))
+              .replace("OUT/c.safetensors", str(cache))
+              for word in words_of(COMMANDS["train-cache"])]
+    subprocess.run([bench.sdmt, *cached], check=True, capture_output=True)
+    subprocess.run([bench.sdmt, "embed", "--model", at / "tiny.safetensors", "--output",
+                    bad / "vectors", *sorted((at / "reid").glob("*/*.jpg"))], check=True,
+                   capture_output=True)
+    return {
+        "boxes, bytes": (mutate_bytes, detections, file, track),
+        "boxes, cells": (mutate_rows, detections, file, track),
+        "boxes, csv": (mutate_rows, csv.encode(), file, track),
+        "boxes, json lines": (mutate_json, jsonl.encode(), file, track),
+        "boxes, coco": (mutate_json, coco.encode(), file, track),
+        "boxes, kitti": (mutate_bytes, kitti.encode(), file, track),
+        "boxes, live": (mutate_json, jsonl.encode(), file,
+                        ["track", "-", "--no-appearance", "--output", out, "--detections", "-"]),
+        "results, cells": (mutate_rows, (scene / "gt/gt.txt").read_bytes(), file,
+                           ["evaluate", "--gt", at / "scene", "--benchmark", "MOT15", "--results",
+                            file]),
+        "truth, cells": (mutate_rows, (scene / "gt/gt.txt").read_bytes(), scene / "gt/gt.txt",
+                         ["evaluate", "--gt", scene, "--results", at / "scene.txt"]),
+        "seqinfo": (mutate_words, (scene / "seqinfo.ini").read_bytes(), scene / "seqinfo.ini",
+                    ["track", scene, "--no-appearance", "--output", out]),
+        "config": (mutate_json, b'{"min-length": 2, "lambda": 0.5, "boosting": true}', file,
+                   ["track", scene, "--no-appearance", "--output", out, "--config", file]),
+        "image, tracked": (mutate_bytes, frame.read_bytes(), frame,
+                           ["track", scene, "--appearance", "histogram", "--output", out]),
+        "image, embedded": (mutate_bytes, (at / "1.jpg").read_bytes(), file,
+                            ["embed", "--model", at / "tiny.safetensors", "--output", out, file]),
+        "image, trained on": (mutate_bytes, photo.read_bytes(), photo,
+                              [word.replace(f"{at}/reid", f"{bad}/reid") for word in train]),
+        "video, avi": (mutate_bytes, (at / "clip.avi").read_bytes(), bad / "v.avi",
+                       ["track", bad / "v.avi", "--no-appearance", "--output", out,
+                        "--detections", at / "scene/det/det.txt"]),
+        "video, mp4": (mutate_bytes, (bad / "good.mp4").read_bytes(), bad / "v.mp4",
+                       ["track", bad / "v.mp4", "--no-appearance", "--output", out,
+                        "--detections", at / "scene/det/det.txt"]),
+        "model, bytes": (mutate_bytes, model, file, ["inspect", file]),
+        "model, header": (mutate_model, model, file, ["inspect", file]),
+        "model, used": (mutate_model, model, file,
+                        ["embed", "--model", file, "--output", out, at / "1.jpg"]),
+        "checkpoint, bytes": (mutate_bytes, checkpoint, file, [*train, "--resume", file]),
+        "checkpoint, header": (mutate_model, checkpoint, file, [*train, "--resume", file]),
+        "feature cache": (mutate_bytes, cache.read_bytes(), cache, cached),
+        "vectors": (mutate_model, (bad / "vectors").read_bytes(), file,
+                    ["validate-roc", "--data", at / "reid", "--model", at / "tiny.safetensors",
+                     "--embeddings", f"other={file}"]),
+        "description": (mutate_json, (at / "tiny.json").read_bytes(), file,
+                        ["init-model", "--architecture", file, "--output", out]),
+        "detector, cfg": (mutate_words, (at / "made.cfg").read_bytes(), bad / "net.cfg",
+                          ["detect", scene, "--detector", bad / "net.cfg", "--output", out]),
+        "detector, weights": (mutate_bytes, (at / "made.weights").read_bytes(),
+                              bad / "net.weights",
+                              ["detect", scene, "--detector", bad / "net.cfg", "--output", out]),
+    }
+
+
+def judge(words, done, out):
+    error = done.stderr.decode(errors="replace")
+    lines = [line for line in error.splitlines() if "warning" not in line]
+    text = error + done.stdout.decode(errors="replace")
+    if done.returncode not in (0, 1, 2):
+        return "ABORT"
+    if any(ord(c) < 32 and c not in "\n\r\t" for c in text):
+        return "TERMINAL"
+    if done.returncode == 0:
+        return "WRONG" if words[0] == "embed" and not finite(out) else "accepted"
+    if len(lines) != 1:
+        return "LINES"
+    live = "-" in words  # what came before a bad line is kept
+    return "LEFTOVER" if out.exists() and not live else "refused"
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sdmt", required=True)
-    parser.add_argument("--model", help="model file; without it, only texts")
-    parser.add_argument("--count", type=int, default=40, help="files of a kind")
-    parser.add_argument("--keep", type=pathlib.Path, help="folder for the files that made faults")
-    parser.add_argument("--limit", type=float, default=10, help="seconds for a run")
+    parser.add_argument("--kinds", nargs="*", help="only these")
+    parser.add_argument("--count", type=int, default=20, help="files of a kind")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--limit", type=float, default=10, help="seconds for a run")
+    parser.add_argument("--keep", type=pathlib.Path, help="folder for the files that did harm")
     arguments = parser.parse_args()
-    sdmt = os.path.abspath(arguments.sdmt)
     rng = random.Random(arguments.seed)
     faults, table = [], collections.defaultdict(collections.Counter)
-    with tempfile.TemporaryDirectory(prefix="sdmt-hostile-") as name:
-        work = pathlib.Path(name)
-        scene, out, bad = work / "scene", work / "out", work / "bad"
+    with Bench(arguments.sdmt, arguments.limit) as bench:
+        bad = bench.root / "bad"
+        bad.mkdir()
 
-        environment = dict(os.environ, OMP_NUM_THREADS="2", OMP_WAIT_POLICY="passive")
+        def run(words, content):
+            return subprocess.run(
+                [bench.sdmt, *map(str, words)], capture_output=True, input=content,
+                env=bench.environment(), timeout=arguments.limit,
+                preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY)))
 
-        def run(*words):
-            return subprocess.run([sdmt, *map(str, words)], capture_output=True, env=environment,
-                                  timeout=arguments.limit,
-                                  preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS,
-                                                                        (MEMORY, MEMORY)))
-
-        run("synth", "scene", "--output", scene, "--frames", 30, "--width", 160, "--height", 120)
-        detections = (scene / "det/det.txt").read_bytes()
-        truth = (scene / "gt/gt.txt").read_bytes()
-        config = json.dumps({"min-length": 2, "lambda": 0.5, "appearance": "none",
-                             "calibration": "frcnn", "boosting": True}).encode()
-        track = ["track", scene, "--no-appearance", "--output", out, "--detections"]
-        kinds = {
-            "detections, bytes": (mutate_bytes, detections, [*track, bad]),
-            "detections, cells": (mutate_rows, detections, [*track, bad]),
-            "results, cells": (mutate_rows, truth,
-                               ["evaluate", "--gt", scene, "--benchmark", "MOT15", "--results", bad]),
-            "config, bytes": (mutate_bytes, config,
-                              ["track", scene, "--output", out, "--config", bad]),
-        }
-        if arguments.model:
-            model = pathlib.Path(arguments.model).read_bytes()
-            kinds |= {
-                "model, bytes": (mutate_bytes, model, ["inspect", bad]),
-                "model, header": (mutate_model, model, ["inspect", bad]),
-                "model, used": (mutate_model, model,
-                                ["embed", "--model", bad, "--output", out,
-                                 scene / "img1/000001.jpg"]),
-            }
-        for kind, (mutate, content, words) in kinds.items():
-            bad.write_bytes(content)
-            good = run(*words)
+        out = bad / "out"
+        for kind, (mutate, content, path, words) in kinds_of(bench, bad).items():
+            if arguments.kinds and kind not in arguments.kinds:
+                continue
+            old = path.read_bytes() if path.exists() else None
+            path.write_bytes(content)
+            good = run(words, content)
             if good.returncode != 0:
                 sys.exit(f"{kind}: the good file is refused: {good.stderr.decode()}")
             for number in range(arguments.count):
-                bad.write_bytes(mutate(content, rng))
-                out.unlink(missing_ok=True)
+                damaged = mutate(content, rng)
+                path.write_bytes(damaged)
+                for left in bad.glob("out*"):
+                    left.unlink()
                 try:
-                    done = run(*words)
+                    done = run(words, damaged)
+                    outcome, error = judge(words, done, out), done.stderr.decode(errors="replace")
                 except subprocess.TimeoutExpired:
                     outcome, error = "HANG", ""
-                else:
-                    error = done.stderr.decode(errors="replace")
-                    lines = [line for line in error.splitlines() if "warning" not in line]
-                    outcome = "refused" if done.returncode in (1, 2) and len(lines) == 1 else "ABORT"
-                    if done.returncode in (1, 2) and len(lines) != 1:
-                        outcome = "LINES"
-                    if done.returncode == 0:
-                        wrong = words[0] == "embed" and not finite(out)
-                        outcome = "WRONG" if wrong else "accepted"
-                    if any(ord(c) < 32 and c not in "\n\r\t" for c in error + done.stdout.decode(errors="replace")):
-                        outcome = "TERMINAL"
-                    if done.returncode != 0 and out.exists():
-                        outcome = "LEFTOVER"
                 table[kind][outcome] += 1
                 if outcome.isupper():
                     if arguments.keep:
-                        (arguments.keep / f"{kind} {number}").write_bytes(bad.read_bytes())
-                    faults.append(f"{outcome} {kind}, file {number}: {error[-200:]!r}")
+                        (arguments.keep / f"{kind} {number}").write_bytes(damaged)
+                    faults.append(f"{outcome} {kind}, file {number}: {error[-300:]!r}")
+                    print(faults[-1], flush=True)
+            path.unlink(missing_ok=True) if old is None else path.write_bytes(old)
     for kind, counts in table.items():
         print(f"{kind:<20} " + ", ".join(f"{n} {o}" for o, n in sorted(counts.items())))
+    total = sum(table.values(), collections.Counter())
+    print(f"{'all':<20} " + ", ".join(f"{n} {o}" for o, n in sorted(total.items())))
     for fault in faults:
         print(fault)
     return 1 if faults or not table else 0
