@@ -115,7 +115,11 @@ std::string parse_message(const CLI::ParseError& error, const ExpandedArguments&
   // CLI11's words for an option given twice, and for a missing value, are hard to read.
   replace_first(message, "At Most 1 required but received",
                 "expected once, number of times given:");
-  replace_first(message, "1 required  missing", "its value is missing");
+  if (message.ends_with(" missing")) {
+    if (const auto at = message.rfind(": 1 required "); at != std::string::npos) {
+      message.replace(at, std::string::npos, ": its value is missing");
+    }
+  }
   for (const auto& [option, file] : expanded.origin) {
     const auto at = message.find(option);
     if (at == std::string::npos) continue;

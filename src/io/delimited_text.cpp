@@ -63,6 +63,11 @@ std::string read_text(const std::filesystem::path& path) {
   ::close(descriptor);
   errno = cause;
   if (got < 0) throw std::runtime_error(fail("cannot be read"));
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
+    throw std::invalid_argument(path.string() +
+                                ": is UTF-16 text, expected UTF-8 or ASCII (as PowerShell's "
+                                "Out-File -Encoding ascii writes)");
+  }
   return text;
 }
 

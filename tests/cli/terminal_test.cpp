@@ -95,6 +95,7 @@ TEST_F(Terminal, NearlyRightWordsAreRecognised) {
   // Not that something else is missing.
   EXPECT_THAT(says({"evaluate", "--gt", "x", "--result", "y"}),
               HasSubstr("there is no option --result; did you mean --results?"));
+  EXPECT_THAT(says({"track", "x", "--output"}), HasSubstr("--output: its value is missing"));
   EXPECT_THAT(says({"track", "x", "--ouput=t.txt"}), HasSubstr("did you mean --output?"));
   EXPECT_THAT(says({"track", "x", "--no-boostin"}), HasSubstr("did you mean --no-boosting?"));
   EXPECT_THAT(says({"track", "x", "--frobnicate"}), Not(HasSubstr("did you mean")));
@@ -197,8 +198,9 @@ TEST_F(Terminal, AReaderWhoLeavesIsNoFailureWorthAWord) {
 TEST_F(Terminal, StacksThatAreTooSmallArePassedOver) {
   const auto result = run_sdmt(
       {"bench", "--architecture", "lite", "--batch", "1", "--repeat", "1", "--threads", "2"},
-      {{"OMP_STACKSIZE", "16k"}});
+      {{"OMP_STACKSIZE", "16k"}, {"OMP_NUM_THREADS", "none"}});
   EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
 }
 
 TEST_F(Terminal, ThreadsThatTheSystemRefusesAreDoneWithout) {

@@ -122,6 +122,7 @@ TEST_F(TrackInput, AnEmptyDetectionFileHasNoTracks) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(tracks(), "");
   EXPECT_THAT(result.out, HasSubstr("10 frames, 0 detections, 0 tracks"));
+  EXPECT_THAT(result.out, HasSubstr("no tracks: nobody was detected"));
 }
 
 TEST_F(TrackInput, SequencesWithoutFramesSayWhatCannotWork) {

@@ -98,7 +98,8 @@ bool fails(const char* call, int descriptor, std::size_t& count) {
 }
 
 // FFmpeg, OpenCV's part around it, and GDAL, which OpenCV starts with the first image, read through
-// the null pointers that they get, or end the program themselves.
+// the null pointers that they get, or end the program themselves; so does libstdc++ in the listing
+// of a folder, which allocates where nothing may be thrown.
 bool bears_failure() {
   constexpr std::array<std::string_view, 5> kFragile{"libav", "libsw", "libx264", "videoio",
                                                      "libgdal"};
@@ -108,6 +109,8 @@ bool bears_failure() {
     Dl_info info{};
     if (dladdr(caller, &info) == 0 || info.dli_fname == nullptr) return false;
     const std::string_view library = info.dli_fname;
+    const std::string_view function = info.dli_sname == nullptr ? "" : info.dli_sname;
+    if (function.find("directory_iterator") != std::string_view::npos) return true;
     return std::any_of(kFragile.begin(), kFragile.end(), [&](std::string_view fragile) {
       return library.find(fragile) != std::string_view::npos;
     });

@@ -165,6 +165,15 @@ TEST_F(DetectionFormats, OneFileOfAYoloFolderIsKnown) {
   EXPECT_EQ(refusal(write("blanks.txt", "1 -1 0.5 0.5 0.1 0.3 0.97\n")), "nothing");
 }
 
+TEST_F(DetectionFormats, TextOfWindowsIsRead) {
+  const std::string row = "1,-1,65,49,32,96,0.5";
+  EXPECT_EQ(refusal(write("crlf.txt", "\xEF\xBB\xBF" + row + "\r\n")), "nothing");
+  std::string wide = "\xFF\xFE";
+  for (const char c : row) wide += std::string{c, '\0'};
+  EXPECT_THAT(refusal(write("wide.txt", wide)),
+              HasSubstr("wide.txt: is UTF-16 text, expected UTF-8"));
+}
+
 TEST(ClassNames, AreThoseOfCoco) {
   EXPECT_EQ(coco_class_name(0), "person");
   EXPECT_EQ(coco_class_name(79), "toothbrush");

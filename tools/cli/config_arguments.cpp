@@ -138,11 +138,13 @@ ExpandedArguments expand_config(const CLI::App& app, std::vector<std::string> ar
     const std::string file = find_config_file(name).string();
     const json object = read_object(file);
     for (const auto& [key, value] : object.items()) {
-      const CLI::Option* option = key == "config" ? nullptr : find_option(*command, key);
+      // Files name no further files, and ask for no help.
+      const bool typed_only = key == "config" || key == "help";
+      const CLI::Option* option = typed_only ? nullptr : find_option(*command, key);
       if (option == nullptr) {
         reject(file, key,
                command_name(app, arguments) + " has no such option" +
-                   did_you_mean("--" + key, option_names(*command)));
+                   (typed_only ? "" : did_you_mean("--" + key, option_names(*command))));
       }
       words[key] = option_words(*option, value, file, key);
       expanded.origin["--" + key] = file;

@@ -40,9 +40,10 @@ std::string run_report_json(const pipeline::RunReport& report) {
 
 namespace {
 
-// Why people were detected and nobody was reported; empty when that is not so.
+// Why nobody was reported; empty when somebody was.
 std::string why_no_tracks(const track::TrackerStats& stats) {
-  if (stats.detections == 0 || stats.tracks > 0) return {};
+  if (stats.frames == 0 || stats.tracks > 0) return {};
+  if (stats.detections == 0) return "no tracks: nobody was detected\n";
   if (stats.suppressed == stats.detections) {
     return "no tracks: every detection was dropped, see --min-confidence\n";
   }

@@ -7,8 +7,8 @@
 
 namespace sdmt::io {
 
-/// The whole of a text file. Throws std::invalid_argument naming it when it cannot be opened, and
-/// std::runtime_error when reading fails.
+/// The whole of a text file. Throws std::invalid_argument naming it when it cannot be opened or is
+/// UTF-16, and std::runtime_error when reading fails.
 std::string read_text(const std::filesystem::path& path);
 
 /// One line of numbers separated by commas, with the place it came from for messages.
