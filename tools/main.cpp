@@ -75,8 +75,7 @@ void be_verbose() {
   set_verbosity(Verbosity::verbose);
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_INFO);
   setenv("OPENCV_FFMPEG_LOGLEVEL", "32", 1);  // AV_LOG_INFO
-  detail("{}, {} threads
-", version_text(), omp_get_max_threads());
+  detail("{}, {} threads\n", version_text(), omp_get_max_threads());
 }
 
 // Every command that does work gets --config, --threads, --quiet and --verbose.

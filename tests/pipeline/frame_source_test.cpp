@@ -167,8 +167,7 @@ TEST_F(FrameSources, WhatFfmpegWouldPlayButIsNoVideoIsRefused) {
   EXPECT_THAT(refusal(folder_ / "art.nfo"), HasSubstr("is a text"));
   write_file(folder_ / "p.svg", "<svg xmlns='http://www.w3.org/2000/svg' width='9' height='9'/>");
   EXPECT_THAT(refusal(folder_ / "p.svg"), HasSubstr("is a text"));
-  for (const std::string magic :
-       {"ID3\x04", "fLaC", "    ftypM4A "}) {  // with a cover picture
+  for (const std::string magic : {"ID3\x04", "fLaC", "    ftypM4A "}) {  // with a cover picture
     write_file(folder_ / "song", magic + std::string(100, '\x01'));
     EXPECT_THAT(refusal(folder_ / "song"), HasSubstr("is sound")) << magic;
   }

@@ -52,9 +52,9 @@ DetectionFile read_detections(const std::filesystem::path& path,
 ///    "classes": ["person", ...], "embeddings": [[0.1, ...], ...], "time": 0.04}
 ///
 /// Only the boxes must be there; without a number a frame is the one after the last. Classes are
-/// names or numbers. Embeddings, a vector a box, all of one dimension, are scaled to length 1; the first
-/// line says whether they come ("embeddings": [] where it has no boxes). Times
-/// (seconds) must not fall; they are checked, not used.
+/// names or numbers. Embeddings, a vector a box, all of one dimension, are scaled to length 1; the
+/// first line says whether they come ("embeddings": [] where it has no boxes). Times (seconds) must
+/// not fall; they are checked, not used.
 class JsonLineReader {
  public:
   /// `name`: of the file, for messages.
