@@ -28,8 +28,8 @@ std::vector<FinishedFrame> smooth_tracks(std::span<const FinishedFrame> frames,
                                   " is out of order, expected consecutive frames");
     }
     for (const TrackedBox& box : frame.boxes) {
-      auto& track =
-          tracks.try_emplace(box.id, TrackHistory(rules), frame.frame, frame.frame).first->second;
+      auto& track = tracks.try_emplace(box.id, Track{TrackHistory(rules), frame.frame, frame.frame})
+                        .first->second;
       track.last = frame.frame;
       const mot::Cxcywh measured = mot::to_cxcywh(box.box);
       track.history.append(frame.frame, measured, measured, box.score, box.source);
