@@ -184,6 +184,7 @@ JsonLineReader::Frame JsonLineReader::read(std::string_view line, std::size_t li
       Place{object["time"], where + ": time"}.refuse(">= " + io::number_text(last_time_));
     }
     last_time_ = time;
+    frame.time = time;
   }
   const json& boxes = Place{object["boxes"], where + ": boxes"}.list();
   const auto beside = [&](const char* key) -> const json* {

@@ -27,7 +27,9 @@ void LiveDetections::read_on() {
 
 std::vector<mot::Detection> LiveDetections::detect(const Frame& frame) {
   while (!ended_ && next_.number < frame.number) read_on();
+  time_.reset();
   if (ended_ || next_.number != frame.number) return {};
+  time_ = next_.time;
   if (has_embeddings_) embeddings_.set(next_.detections, next_.embeddings);
   return next_.detections;
 }

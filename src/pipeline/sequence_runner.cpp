@@ -69,7 +69,11 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
       break;
     }
     const bool look = frame.has_image() || detections.descriptor() != nullptr;
-    deliver(tracker.update(boxes, !look ? nullptr : frame.has_image() ? &view : &nothing));
+    const track::FrameContext context{.image = !look               ? nullptr
+                                               : frame.has_image() ? &view
+                                                                   : &nothing,
+                                      .time = detections.time()};
+    deliver(detections.looked() ? tracker.update(boxes, context) : tracker.skip(context));
   }
   const int read = frame.number;
   stopped = stopped || report.failure != nullptr || report.boxes_ended;

@@ -53,11 +53,13 @@ SparseDetections::SparseDetections(std::unique_ptr<DetectionSource> detector, in
 }
 
 std::vector<mot::Detection> SparseDetections::detect(const Frame& frame) {
+  looks_ = false;
   if (!frame.has_image()) return {};
   const bool moved = gate_.moved(frame.image);
   const int since = looked_ == 0 ? kLongestRest : frame.number - looked_;
+  looks_ = moved ? since >= interval_ : true;
+  if (!looks_) return {};
   if (!moved && since < kLongestRest) return boxes_;
-  if (since < interval_) return {};
   boxes_ = detector_->detect(frame);
   looked_ = frame.number;
   gate_.remember();

@@ -6,11 +6,30 @@
 
 namespace sdmt::track {
 
-void DetectionAssignment::gate(const Tracklets& active, const FrameDetections& detections) {
+namespace {
+
+// Where people may be who changed their course while nobody looked: so far around their boxes, in
+// heights a frame.
+constexpr double kSpread = 0.05;
+
+mot::Tlwh widened(const mot::Tlwh& box, double heights) {
+  const double margin = heights * box.height;
+  return {box.left - margin, box.top - margin, box.width + 2 * margin, box.height + 2 * margin};
+}
+
+}  // namespace
+
+void DetectionAssignment::gate(const Tracklets& active, const FrameDetections& detections,
+                               int skipped) {
+  const double spread = kSpread * skipped;
   predictions_.clear();
-  for (const auto& tracklet : active) predictions_.push_back(mot::to_tlwh(tracklet->state.box()));
+  for (const auto& tracklet : active) {
+    predictions_.push_back(widened(mot::to_tlwh(tracklet->state.box()), spread));
+  }
+  widened_.clear();
+  for (const mot::Tlwh& box : detections.boxes) widened_.push_back(widened(box, spread));
   const auto& overlaps =
-      overlaps_.find(predictions_, detections.boxes, std::min(options_.min_iou, options_.weak_iou));
+      overlaps_.find(predictions_, widened_, std::min(options_.min_iou, options_.weak_iou));
   gated_.clear();
   for (const mot::Overlap& pair : overlaps) {
     const auto& flags = detections.flags[pair.b];

@@ -27,8 +27,9 @@ class DetectionAssignment {
       : options_(options), appearance_(appearance), tau_a_(tau_a) {}
 
   /// The pairs of active tracklets (their predictions) and detections that pass the motion gate;
-  /// to be called again when detections were added.
-  void gate(const Tracklets& active, const FrameDetections& detections);
+  /// to be called again when detections were added. `skipped`: frames since the last look
+  /// at which nobody looked; for each of them boxes are compared that are wider all around.
+  void gate(const Tracklets& active, const FrameDetections& detections, int skipped = 0);
   const std::vector<mot::Overlap>& gated() const { return gated_; }
 
   /// The matches of greatest total affinity among gated pairs that pass the appearance gate,
@@ -48,7 +49,7 @@ class DetectionAssignment {
   const AppearanceOptions& appearance_;
   double tau_a_;
   mot::OverlapFinder overlaps_;
-  std::vector<mot::Tlwh> predictions_;
+  std::vector<mot::Tlwh> predictions_, widened_;
   std::vector<mot::Overlap> gated_;
   std::vector<mot::AssignmentEdge> edges_;
   std::vector<int> detection_of_;  // [tracklets], -1 none

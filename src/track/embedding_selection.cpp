@@ -12,11 +12,11 @@ constexpr double kClearlyInside = 1.5;
 
 bool EmbeddingSelection::known(const Tracklet& tracklet, int frame) const {
   return tracklet.confidence.length >= confidence_.min_length && tracklet.misses == 0 &&
-         !tracklet.gallery.empty() && frame % options_.embed_refresh != 0 &&
-         frame - tracklet.feature_frame < options_.embed_refresh;
+         !tracklet.gallery.empty() && frame - tracklet.feature_frame < options_.embed_refresh;
 }
 
-const std::vector<std::size_t>& EmbeddingSelection::choose(int frame, const Tracklets& active,
+const std::vector<std::size_t>& EmbeddingSelection::choose(int frame, bool everybody,
+                                                           const Tracklets& active,
                                                            const FrameDetections& detections,
                                                            const std::vector<mot::Overlap>& gated) {
   detections_near_.assign(active.size(), 0);
@@ -32,7 +32,7 @@ const std::vector<std::size_t>& EmbeddingSelection::choose(int frame, const Trac
   chosen_.clear();
   for (std::size_t i = 0; i < detections.size(); ++i) {
     if (!detections.flags[i].strong) continue;
-    if (options_.embed == EmbedPolicy::needed && tracklets_near_[i] == 1) {
+    if (options_.embed == EmbedPolicy::needed && !everybody && tracklets_near_[i] == 1) {
       const int near = tracklet_of_[i];
       if (detections_near_[near] == 1 && overlap_[i] >= kClearlyInside * assignment_.min_iou &&
           known(*active[near], frame)) {

@@ -19,8 +19,8 @@ namespace sdmt::track {
 ///  - and continue a known tracklet: it is confirmed (min_length detections), had its detection in
 ///    the last frame, and its gallery is fresh.
 /// Such a detection is assigned by motion and its appearance is not stored. So births, crossings,
-/// young tracklets and returns are looked at, and everybody in every embed_refresh-th frame: all in
-/// one frame, because the network is quicker with many crops at once.
+/// young tracklets and returns are looked at, and everybody now and then (`everybody`), all in one
+/// frame, because the network is quicker with many crops at once.
 class EmbeddingSelection {
  public:
   EmbeddingSelection(const AppearanceOptions& options, const AssignmentOptions& assignment,
@@ -28,7 +28,7 @@ class EmbeddingSelection {
       : options_(options), assignment_(assignment), confidence_(confidence) {}
 
   /// Indices into `detections`, ascending; the reference holds until the next call.
-  const std::vector<std::size_t>& choose(int frame, const Tracklets& active,
+  const std::vector<std::size_t>& choose(int frame, bool everybody, const Tracklets& active,
                                          const FrameDetections& detections,
                                          const std::vector<mot::Overlap>& gated);
 

@@ -17,10 +17,10 @@ void TrackOutput::announce_merge(const Tracklet& older, const Tracklet& newer) {
 void TrackOutput::emit(int frame, bool at_end, Tracklets& active, Tracklets& idle,
                        std::int64_t& tracks) {
   const int due = at_end ? frame : frame - lag_;
-  while (decided_ < due) {
-    ++decided_;
-    FinishedFrame& done = held_.emplace_back();
-    done.frame = decided_;
+  for (; !waiting_.empty() && waiting_.front() <= due; waiting_.pop_front()) {
+    decided_ = waiting_.front();
+    FinishedFrame& done = held_.emplace_back(Held{decided_, {}}).finished;
+    done.frame = ++reported_;
     done.merges = std::exchange(merges_, {});
     decide(decided_, idle, done.boxes, tracks);
     decide(decided_, active, done.boxes, tracks);
@@ -30,7 +30,7 @@ void TrackOutput::emit(int frame, bool at_end, Tracklets& active, Tracklets& idl
   finished_.clear();
   const int delay = options_.delay == OutputOptions::kAutoDelay ? lag_ : options_.delay;
   while (!held_.empty() && (at_end || frame - delay >= held_.front().frame)) {
-    finished_.push_back(std::move(held_.front()));
+    finished_.push_back(std::move(held_.front().finished));
     held_.pop_front();
   }
 }

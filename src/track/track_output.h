@@ -25,6 +25,8 @@ class TrackOutput {
 
   const OutputRules& rules() const { return rules_; }
 
+  /// The next frame that is to be reported; numbers rise, and may leave some out.
+  void add(int frame) { waiting_.push_back(frame); }
   /// Says so in the output where `newer`, about to become one with `older`, was reported already.
   void announce_merge(const Tracklet& older, const Tracklet& newer);
   int decided() const { return decided_; }  ///< the last frame decided about
@@ -43,8 +45,14 @@ class TrackOutput {
   OutputRules rules_;
   int lag_;
   int decided_ = 0;
-  std::vector<IdMerge> merges_;  // since then
-  std::deque<FinishedFrame> held_;
+  struct Held {
+    int frame;  // as add() was told
+    FinishedFrame finished;
+  };
+  int reported_ = 0;             // frames until now
+  std::deque<int> waiting_;      // to be decided about
+  std::vector<IdMerge> merges_;  // since the last one decided
+  std::deque<Held> held_;
   std::vector<FinishedFrame> finished_;
 };
 

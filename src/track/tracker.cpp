@@ -9,6 +9,7 @@
 #include "detection_assignment.h"
 #include "detection_boosting.h"
 #include "embedding_selection.h"
+#include "frame_clock.h"
 #include "frame_detections.h"
 #include "sdmt/io/stopwatch.h"
 #include "sdmt/track/pixel_rect.h"
@@ -57,12 +58,14 @@ struct Tracker::State {
         association(options.association, options.motion, options.appearance, model != nullptr,
                     tau_a),
         output(options.output, options.motion, options.confidence, options.decision_lag()),
-        unclaimed(options, motion, output.rules()) {}
+        unclaimed(options, motion, output.rules()),
+        clock(options.input.frame_rate, options.memory_frames()) {}
 
   void require_open() const {
     if (ended) throw std::logic_error("Tracker: finish() was called, nothing can follow it");
   }
   void accept(std::span<const mot::Detection> given);
+  void pass(int frames);
   void predict();
   void take_back();
   void embed(const image::ImageView* image);
@@ -70,6 +73,7 @@ struct Tracker::State {
   void boost(const image::ImageView* image);
   void update_tracklets();
   void associate();
+  const std::vector<FinishedFrame>& complete(std::optional<double> time);
   void emit(bool at_end);
 
   void look_back();
@@ -95,7 +99,11 @@ struct Tracker::State {
   std::function<void(const EndedTrack&)> track_ended;
 
   bool ended = false;
-  int frame = 0;
+  int frame = 0;  // of the options' rate: what clock makes of the time, else the number of calls
+  FrameClock clock;
+  int associated = 0;  // intervals until the last association
+  int looked = 0;      // the last frame that a detector looked at
+  int evidence = 1;    // frames that a detection of this one speaks for
   int last_id = 0;
   Tracklets active;  // by id
   Tracklets idle;    // inactive ones that can still be associated or reported, by id
@@ -116,22 +124,28 @@ Tracker::Tracker(Tracker&&) noexcept = default;
 Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 
 const std::vector<FinishedFrame>& Tracker::update(std::span<const mot::Detection> detections,
-                                                  const image::ImageView* frame) {
+                                                  const FrameContext& frame) {
   state_->require_open();
+  const int frames = state_->clock.frames_until(frame.time, state_->frame);
   state_->accept(detections);
+  state_->pass(frames - 1);
   state_->predict();
   try {
-    state_->embed(frame);
+    state_->embed(frame.image);
     state_->assign();
-    state_->boost(frame);
+    state_->boost(frame.image);
   } catch (...) {
     state_->take_back();
     throw;
   }
   state_->update_tracklets();
-  if (state_->frame % state_->options.association.interval == 0) state_->associate();
-  state_->emit(false);
-  return state_->output.finished();
+  return state_->complete(frame.time);
+}
+
+const std::vector<FinishedFrame>& Tracker::skip(const FrameContext& frame) {
+  state_->require_open();
+  state_->pass(state_->clock.frames_until(frame.time, state_->frame));
+  return state_->complete(frame.time);
 }
 
 const std::vector<FinishedFrame>& Tracker::finish() {
@@ -166,14 +180,25 @@ void Tracker::State::accept(std::span<const mot::Detection> given) {
   const io::Stopwatch watch(stats.predict_seconds);
   filter.accept(given, options.input, detections);
   stats_before = stats;
-  ++frame;
-  ++stats.frames;
   stats.detections += static_cast<std::int64_t>(given.size());
   stats.suppressed += static_cast<std::int64_t>(given.size() - detections.size());
 }
 
+// Frames go by that no detector looks at.
+void Tracker::State::pass(int frames) {
+  if (frames == 0) return;
+  const io::Stopwatch watch(stats.predict_seconds);
+  frame += frames;
+  for (const auto& tracklet : active) {
+    tracklet->state = motion.predict(tracklet->state, frames);
+    tracklet->state_frame = frame;
+  }
+  retire();
+}
+
 void Tracker::State::predict() {
   const io::Stopwatch watch(stats.predict_seconds);
+  ++frame;
   states_before.clear();
   for (const auto& tracklet : active) {
     states_before.push_back(tracklet->state);
@@ -195,11 +220,14 @@ void Tracker::State::take_back() {
 void Tracker::State::embed(const image::ImageView* image) {
   {
     const io::Stopwatch watch(stats.assign_seconds);
-    assignment.gate(active, detections);
+    assignment.gate(active, detections, frame - looked - 1);
   }
   if (descriptor == nullptr || image == nullptr || image->empty()) return;
   const io::Stopwatch watch(stats.embed_seconds);
-  const auto& chosen = selection.choose(frame, active, detections, assignment.gated());
+  // In every embed_refresh-th frame, or the first one after it that is looked at.
+  const int refresh = options.appearance.embed_refresh;
+  const bool everybody = frame / refresh != looked / refresh;
+  const auto& chosen = selection.choose(frame, everybody, active, detections, assignment.gated());
   if (chosen.empty()) return;
   crops.clear();
   for (const std::size_t i : chosen) crops.push_back({*image, to_pixel_rect(detections.boxes[i])});
@@ -227,7 +255,7 @@ void Tracker::State::boost(const image::ImageView* image) {
   stats.embedded += static_cast<std::int64_t>(boosting.candidates());
   if (boosting.changed()) {
     // The whole frame again, from the same predictions: a boosted box may free a detection.
-    assignment.gate(active, detections);
+    assignment.gate(active, detections, frame - looked - 1);
     matches = assignment.assign(active, detections);
   }
   boosting.note(frame, active, matches, detections);
@@ -236,6 +264,7 @@ void Tracker::State::boost(const image::ImageView* image) {
 void Tracker::State::update_tracklets() {
   const io::Stopwatch watch(stats.assign_seconds);
   for (const auto& tracklet : active) ++tracklet->misses;
+  evidence = std::min(frame - looked, std::max(1, options.confidence.min_length / 2));
   std::vector<bool> taken(detections.size(), false);
   for (const Match& match : matches) {
     Tracklet& tracklet = *active[match.tracklet];
@@ -250,13 +279,14 @@ void Tracker::State::update_tracklets() {
     if (flags.boosted) {
       ++stats.boosted;
     } else {
-      tracklet.confidence.add(score);
+      tracklet.confidence.add(score, evidence);
       store_appearance(tracklet, detection);
     }
     tracklet.history.append(frame, box, tracklet.state.box(), score,
                             flags.boosted ? BoxSource::boosted : BoxSource::detected);
   }
   retire();
+  looked = frame;
   unclaimed.begin_frame(frame);
   for (std::size_t i = 0; i < detections.size(); ++i) {
     const auto& flags = detections.flags[i];
@@ -288,7 +318,7 @@ void Tracker::State::start_tracklet(std::size_t detection) {
   const double score = detections.scores[detection];
   tracklet->first_box = box;
   tracklet->state = motion.start(box);
-  tracklet->confidence.add(score);
+  tracklet->confidence.add(score, evidence);
   store_appearance(*tracklet, detection);
   tracklet->history.append(frame, box, box, score, BoxSource::detected);
   active.push_back(std::move(tracklet));
@@ -305,16 +335,18 @@ void Tracker::State::store_appearance(Tracklet& tracklet, std::size_t detection)
 // of: negative ones, which get no more detections, and old ones, behind which no tracklet can begin
 // any more and be positive in time.
 void Tracker::State::retire() {
-  const int horizon =
-      options.motion.max_misses + options.association.horizon + options.auto_delay();
+  const int horizon = options.motion.max_misses + options.association.horizon;
   std::erase_if(idle, [&](const auto& tracklet) {
-    const bool over = frame - tracklet->last_frame > horizon;
+    const bool over = frame - tracklet->last_frame > horizon + options.auto_delay() &&
+                      tracklet->last_frame <= output.decided();
     if (over) announce_end(*tracklet);
     return over;
   });
   bool sorted = true;
   for (auto& tracklet : active) {
-    if (tracklet->misses < options.motion.max_misses) continue;
+    const int unseen = frame - tracklet->last_frame;
+    if ((tracklet->misses == 0 || unseen < options.motion.max_misses) && unseen <= horizon)
+      continue;
     if (tracklet->reported || tracklet->confidence.positive(options.confidence)) {
       sorted = sorted && (idle.empty() || idle.back()->id < tracklet->id);
       idle.push_back(std::move(tracklet));
@@ -369,6 +401,18 @@ void Tracker::State::merge(Tracklet& older, Tracklet& newer) {
   for (Tracklets* group : {&idle, &active}) {
     std::erase_if(*group, [&older](const auto& tracklet) { return tracklet.get() == &older; });
   }
+}
+
+const std::vector<FinishedFrame>& Tracker::State::complete(std::optional<double> time) {
+  clock.set(time, frame);
+  output.add(frame);
+  ++stats.frames;
+  // At every multiple of the interval, or as soon as one has passed.
+  const int period = frame / options.association.interval;
+  if (period != associated) associate();
+  associated = period;
+  emit(false);
+  return output.finished();
 }
 
 void Tracker::State::emit(bool at_end) {

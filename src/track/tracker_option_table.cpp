@@ -56,7 +56,10 @@ void add_input(Table& table) {
       .number("nms", &InputOptions::nms, kShare,
               "drop detections that overlap a better one by more (IoU); 1: keep all")
       .number("strong-confidence", &InputOptions::strong_confidence, kAny,
-              "score from which a detection starts a track and is matched first");
+              "score from which a detection starts a track and is matched first")
+      .number(
+          "frame-rate", &InputOptions::frame_rate, {.low = 0, .high = 10'000},
+          "frames a second that options mean, where boxes come with times; 0: times are not used");
 }
 
 void add_motion(Table& table) {

@@ -53,6 +53,10 @@ int TrackerOptions::auto_delay() const {
                              : std::min(gap, motion.max_misses) + known;
 }
 
+int TrackerOptions::memory_frames() const {
+  return motion.max_misses + association.horizon + auto_delay() + 1;
+}
+
 int TrackerOptions::decision_lag() const {
   return output.delay == OutputOptions::kAutoDelay ? auto_delay()
                                                    : std::min(output.delay, auto_delay());

@@ -17,9 +17,10 @@ struct TrackletConfidence {
   int length = 0;
   double score_sum = 0;
 
-  void add(double score) {
-    ++length;
-    score_sum += score;
+  /// `frames`: that the detection speaks for, with those before it at which nobody looked.
+  void add(double score, int frames) {
+    length += frames;
+    score_sum += frames * score;
   }
   void add(const TrackletConfidence& other) {
     length += other.length;

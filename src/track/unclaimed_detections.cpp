@@ -17,8 +17,7 @@ void UnclaimedDetections::begin_frame(int frame) {
 }
 
 std::optional<TrackHistory> UnclaimedDetections::claim(KalmanState state, int frame, int decided) {
-  const int earliest = std::max({frame - options_.motion.look_back, decided + 1,
-                                 frames_.empty() ? frame : frames_.front().frame});
+  const int earliest = std::max(frame - options_.motion.look_back, decided + 1);
   struct Claimed {
     int frame;
     mot::Detection detection;
@@ -27,10 +26,13 @@ std::optional<TrackHistory> UnclaimedDetections::claim(KalmanState state, int fr
   for (double& velocity : state.velocity) velocity = -velocity;
   state.covariance = -state.covariance;
   int misses = 0;
-  for (int f = frame - 1; f >= earliest && misses < options_.motion.max_misses; --f) {
-    state = filter_.predict(state);
+  for (auto at = frames_.rbegin();
+       at != frames_.rend() && at->frame >= earliest && misses < options_.motion.max_misses; ++at) {
+    if (at->frame >= frame) continue;
+    state = filter_.predict(state, frame - at->frame);
+    frame = at->frame;
     const mot::Tlwh expected = mot::to_tlwh(state.box());
-    auto& boxes = frames_[f - frames_.front().frame].boxes;
+    auto& boxes = at->boxes;
     const auto overlap = [&](const mot::Detection& box) { return mot::iou(expected, box.box); };
     const auto best =
         std::max_element(boxes.begin(), boxes.end(),
@@ -39,7 +41,7 @@ std::optional<TrackHistory> UnclaimedDetections::claim(KalmanState state, int fr
     if (best == boxes.end() || !(overlap(*best) > options_.assignment.weak_iou)) continue;
     misses = 0;
     state = filter_.update(state, mot::to_cxcywh(best->box), rules_.looseness(best->score));
-    claimed.push_back({f, *best});
+    claimed.push_back({frame, *best});
     boxes.erase(best);
   }
   if (claimed.empty()) return std::nullopt;

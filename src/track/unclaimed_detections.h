@@ -38,7 +38,7 @@ class UnclaimedDetections {
   const TrackerOptions& options_;
   const KalmanFilter& filter_;
   const OutputRules& rules_;
-  std::deque<Frame> frames_;  // consecutive
+  std::deque<Frame> frames_;  // that a detector looked at
 };
 
 }  // namespace sdmt::track

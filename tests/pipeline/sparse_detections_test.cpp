@@ -40,6 +40,7 @@ TEST(SparseDetections, LooksAtEveryNthFrameWhereThingsMove) {
   for (int i = 1; i <= 8; ++i) {
     const auto boxes = sparse.detect(square(i, 8 * i));
     EXPECT_EQ(boxes.size(), i % 3 == 1 ? 1u : 0u) << i;
+    EXPECT_EQ(sparse.looked(), i % 3 == 1) << i;
   }
   EXPECT_EQ(asked, (std::set{1, 4, 7}));
 }
@@ -51,9 +52,11 @@ TEST(SparseDetections, KeepsTheBoxesWhereNothingMoves) {
     const auto boxes = sparse.detect(square(i, i < 40 ? 20 : 28));
     ASSERT_EQ(boxes.size(), 1u);
     EXPECT_EQ(boxes[0].box.left, *asked.rbegin()) << i;
+    EXPECT_TRUE(sparse.looked()) << i;
   }
   EXPECT_EQ(asked, (std::set{1, 26, 40}));
   EXPECT_TRUE(sparse.detect(Frame{}).empty());
+  EXPECT_FALSE(sparse.looked());
 }
 
 TEST(SparseDetections, RefuseAnIntervalThatIsNone) {

@@ -29,7 +29,7 @@ class Boosting : public ::testing::Test {
     image::DescriptorRows state;
     appearance_.describe(std::vector<image::Crop>{{image_, to_pixel_rect(seen)}}, state);
     tracklet->gallery.add(state.row(0));
-    for (int i = 0; i < length; ++i) tracklet->confidence.add(0.9);
+    for (int i = 0; i < length; ++i) tracklet->confidence.add(0.9, 1);
     appearance_.calls = 0;
     active_.push_back(std::move(tracklet));
     return *active_.back();

@@ -19,7 +19,7 @@ class Selection : public ::testing::Test {
 
   Tracklet& add_tracklet(int length = 6, int feature_frame = 99) {
     auto tracklet = std::make_unique<Tracklet>(1, 1, options_.appearance.gallery_size, rules_);
-    for (int i = 0; i < length; ++i) tracklet->confidence.add(1);
+    for (int i = 0; i < length; ++i) tracklet->confidence.add(1, 1);
     tracklet->gallery.add(std::vector<float>{1});
     tracklet->feature_frame = feature_frame;
     active_.push_back(std::move(tracklet));
@@ -30,8 +30,8 @@ class Selection : public ::testing::Test {
     flags.strong = strong;
     detections_.add({}, 1, flags);
   }
-  const std::vector<std::size_t>& choose(int frame = 100) {
-    return selection_.choose(frame, active_, detections_, gated_);
+  const std::vector<std::size_t>& choose(int frame = 100, bool everybody = false) {
+    return selection_.choose(frame, everybody, active_, detections_, gated_);
   }
 
   TrackerOptions options_;
@@ -108,14 +108,14 @@ TEST_F(Selection, WhoReturnsIsLookedAt) {
   EXPECT_THAT(choose(), ElementsAre(0));
 }
 
-TEST_F(Selection, EverybodyIsLookedAtInTheSameFrame) {
+TEST_F(Selection, EverybodyIsLookedAtWhenTheirTimeHasCome) {
   add_tracklet(6, 101);
   add_tracklet(6, 99);
   add_detection();
   add_detection();
   gated_ = {{0, 0, 0.9}, {1, 1, 0.9}};
   EXPECT_THAT(choose(101), IsEmpty());
-  EXPECT_THAT(choose(102), ElementsAre(0, 1));  // 17 times embed_refresh
+  EXPECT_THAT(choose(101, true), ElementsAre(0, 1));
 }
 
 }  // namespace

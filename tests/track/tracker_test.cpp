@@ -364,6 +364,112 @@ TEST(Tracker, DelayChangesWhenNotWhat) {
   }
 }
 
+// A scene of three people with 30 % of the detections missing.
+std::vector<std::vector<mot::Detection>> leaky_scene(int frames) {
+  nn::Random random(5);
+  std::vector<std::vector<mot::Detection>> scene;
+  for (int frame = 1; frame <= frames; ++frame) {
+    auto& seen = scene.emplace_back();
+    for (const auto& detection :
+         detect({walker(frame), {{900 - 3.0 * frame, 400, 40, 90}}, {{300, 600, 50, 110}}})) {
+      if (random.uniform() < 0.7) seen.push_back(detection);
+    }
+  }
+  return scene;
+}
+
+TEST(Tracker, TimesOfAConstantRateChangeNothing) {
+  const auto scene = leaky_scene(300);
+  TrackerOptions options;
+  options.input.frame_rate = 25;
+  Tracker counted, timed(options);
+  std::vector<FinishedFrame> expected, got;
+  for (std::size_t i = 0; i < scene.size(); ++i) {
+    for (const auto& done : counted.update(scene[i])) expected.push_back(done);
+    const double time = 1e9 + static_cast<double>(i) / 25;
+    for (const auto& done : timed.update(scene[i], {.time = time})) got.push_back(done);
+  }
+  for (const auto& done : counted.finish()) expected.push_back(done);
+  for (const auto& done : timed.finish()) got.push_back(done);
+  EXPECT_EQ(text(expected), text(got));
+  EXPECT_EQ(got.size(), scene.size());
+}
+
+// Frames that a camera lost are frames that nobody looked at; these are reported, those are not.
+TEST(Tracker, LostFramesAreLikeSkippedOnesButNotReported) {
+  const auto scene = leaky_scene(300);
+  TrackerOptions options;
+  options.input.frame_rate = 25;
+  Tracker skipping(options), losing(options);
+  std::map<int, std::vector<TrackedBox>> expected, got;
+  std::vector<int> kept{0};  // the frame of each call, from 1
+  const auto keep_expected = [&](const auto& frames) {
+    for (const auto& done : frames) expected[done.frame] = done.boxes;
+  };
+  const auto keep_got = [&](const auto& frames) {
+    for (const auto& done : frames) got[kept[done.frame]] = done.boxes;
+  };
+  for (int frame = 1; frame <= 300; ++frame) {
+    if (frame % 3 == 2) {
+      keep_expected(skipping.skip());
+      continue;
+    }
+    kept.push_back(frame);
+    keep_expected(skipping.update(scene[frame - 1]));
+    keep_got(losing.update(scene[frame - 1], {.time = frame / 25.0}));
+  }
+  keep_expected(skipping.finish());
+  keep_got(losing.finish());
+  EXPECT_EQ(expected.size(), 300u);
+  EXPECT_EQ(got.size(), 200u);
+  for (const auto& [frame, boxes] : got) {
+    ASSERT_EQ(boxes.size(), expected[frame].size()) << frame;
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      EXPECT_EQ(boxes[i].id, expected[frame][i].id) << frame;
+      EXPECT_NEAR(boxes[i].box.left, expected[frame][i].box.left, 1e-6) << frame;
+    }
+  }
+}
+
+TEST(Tracker, NobodyMissesADetectionInFramesThatAreSkipped) {
+  Tracker tracker;
+  std::vector<FinishedFrame> all;
+  for (int frame = 1; frame <= 200; ++frame) {
+    const bool look = frame % 4 == 1;
+    const auto& done = look ? tracker.update(detect({walker(frame)})) : tracker.skip();
+    all.insert(all.end(), done.begin(), done.end());
+  }
+  for (const auto& done : tracker.finish()) all.push_back(done);
+  ASSERT_EQ(all.size(), 200u);
+  EXPECT_EQ(ids(all), std::set<int>{1});
+  for (int frame = 1; frame <= 197; ++frame) {
+    ASSERT_EQ(all[frame - 1].boxes.size(), 1u) << frame;
+    EXPECT_NEAR(all[frame - 1].boxes[0].box.left, walker(frame).box.left, 2) << frame;
+  }
+  EXPECT_EQ(tracker.stats().tracklets, 1);
+}
+
+TEST(Tracker, AJumpOfTheClockEndsTracksAndTimeNeverRunsBackwards) {
+  TrackerOptions options;
+  options.input.frame_rate = 25;
+  Tracker tracker(options);
+  std::vector<FinishedFrame> all;
+  const auto take = [&](double time) {
+    for (const auto& done : tracker.update(detect({{{100, 200, 40, 90}}}), {.time = time})) {
+      all.push_back(done);
+    }
+  };
+  for (int i = 0; i < 50; ++i) take(i / 25.0);
+  EXPECT_THROW(take(1.0), std::invalid_argument);
+  EXPECT_THROW(take(std::nan("")), std::invalid_argument);
+  for (int i = 0; i < 50; ++i) take(1e7 + i / 25.0);
+  for (const auto& done : tracker.finish()) all.push_back(done);
+  EXPECT_EQ(all.size(), 100u);
+  EXPECT_EQ(ids(all).size(), 2u);
+  EXPECT_EQ(all[49].boxes[0].id, 1);
+  EXPECT_EQ(all[50].boxes[0].id, 2);
+}
+
 TEST(Tracker, FramesComeInOrderAfterTheDelay) {
   const Frames frames = crowd(200, 5, 22);
   for (const int delay : {0, 7, 1000}) {

@@ -54,7 +54,7 @@ DetectionFile read_detections(const std::filesystem::path& path,
 /// Only the boxes must be there; without a number a frame is the one after the last. Classes are
 /// names or numbers. Embeddings, a vector a box, all of one dimension, are scaled to length 1; the
 /// first line says whether they come ("embeddings": [] where it has no boxes). Times (seconds) must
-/// not fall; they are checked, not used.
+/// not fall.
 class JsonLineReader {
  public:
   /// `name`: of the file, for messages.
@@ -64,6 +64,7 @@ class JsonLineReader {
     int number = 0;
     std::vector<Detection> detections;
     std::vector<float> embeddings;  ///< [detections, dimension()], or empty
+    std::optional<double> time;     ///< seconds
   };
   /// The next line, which is not blank. Throws std::invalid_argument naming file, line and value.
   Frame read(std::string_view line, std::size_t line_number);

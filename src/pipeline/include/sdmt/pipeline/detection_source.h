@@ -44,6 +44,10 @@ class DetectionSource {
   /// What tells people apart by the vectors that came with the boxes of the frame detected last;
   /// nullptr where none come.
   virtual image::CropDescriptor* descriptor() { return nullptr; }
+  /// Whether it looked at the frame detected last. Where not, that there are no boxes says nothing.
+  virtual bool looked() const { return true; }
+  /// The time of the frame detected last, seconds, where boxes come with times.
+  virtual std::optional<double> time() const { return std::nullopt; }
   /// Whether boxes that come live have come to their end.
   virtual bool ended() const { return false; }
 };

@@ -25,6 +25,7 @@ class LiveDetections : public DetectionSource {
   std::vector<mot::Detection> detect(const Frame& frame) override;
   std::filesystem::path file() const override { return "-"; }
   bool ended() const override { return ended_; }
+  std::optional<double> time() const override { return time_; }
   image::CropDescriptor* descriptor() override { return has_embeddings_ ? &embeddings_ : nullptr; }
 
  private:
@@ -36,6 +37,7 @@ class LiveDetections : public DetectionSource {
   std::size_t line_ = 0;
   mot::JsonLineReader::Frame next_;  // read, of this frame or a later one
   bool ended_ = false;               // there is none
+  std::optional<double> time_;       // of the frame detected last
   bool has_embeddings_ = false;
   track::GivenEmbeddings embeddings_;
 };

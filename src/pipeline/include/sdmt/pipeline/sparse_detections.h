@@ -27,7 +27,8 @@ class MotionGate {
 
 /// Looks with a detector now and then. In a frame in which nothing has moved since the last look,
 /// the boxes are those of that look, for at most 25 frames on end; where something has, it looks at
-/// most every `interval` frames, and the frames between have no boxes: there the tracker predicts.
+/// most every `interval` frames, and at the frames between nobody looks: there the tracker
+/// predicts.
 class SparseDetections : public DetectionSource {
  public:
   /// Throws std::invalid_argument unless interval is in 1..100.
@@ -35,11 +36,13 @@ class SparseDetections : public DetectionSource {
 
   std::vector<mot::Detection> detect(const Frame& frame) override;
   bool needs_images() const override { return true; }
+  bool looked() const override { return looks_; }
 
  private:
   std::unique_ptr<DetectionSource> detector_;
   int interval_;
   int looked_ = 0;  // the frame of the last look, 0 before the first
+  bool looks_ = true;
   std::vector<mot::Detection> boxes_;
   MotionGate gate_;
 };

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,9 +18,21 @@
 
 namespace sdmt::track {
 
+/// What is known of a frame beside its detections.
+struct FrameContext {
+  /// nullptr where there is none (unreadable): the frame is assigned by motion.
+  const image::ImageView* image = nullptr;
+  /// Seconds on any clock. Where the options say what a frame is (InputOptions::frame_rate), frames
+  /// may then come irregularly, late or not at all: motion is predicted, and intervals, horizons
+  /// and delays are measured, in frames of that rate, to which times are rounded. Frames that never
+  /// came are no misses. Must rise; a jump so long that every track ends before counts as just that
+  /// long. Without a time the frame is one after the last.
+  std::optional<double> time = std::nullopt;
+};
+
 /// What a tracker has done so far.
 struct TrackerStats {
-  std::int64_t frames = 0;
+  std::int64_t frames = 0;             ///< given, skipped ones included
   std::int64_t detections = 0;         ///< as given
   std::int64_t suppressed = 0;         ///< dropped by min_confidence or nms
   std::int64_t embedded = 0;           ///< boxes given to the appearance model, boosting included
@@ -61,13 +74,20 @@ class Tracker {
   Tracker& operator=(Tracker&&) noexcept;
 
   /// Takes the detections of the next frame, possibly none, and returns the frames finished by it,
-  /// in order; the reference holds until the next call. Call it for every frame, also for frames
-  /// without detections. `frame`: its image; nullptr where there is none (unreadable): assigned by
-  /// motion. Throws std::invalid_argument for a box that is not finite, has no extent or lies
-  /// beyond 1e12 pixels, or a score that is not finite, and whatever the appearance model throws;
-  /// the tracker is then as if the call had not been made.
+  /// in order; the reference holds until the next call. Call it for every frame that a detector
+  /// looked at, also where it found nothing. Throws std::invalid_argument for a box that is not
+  /// finite, has no extent or lies beyond 1e12 pixels, a score that is not finite, or a time that
+  /// does not rise, and whatever the appearance model throws; the tracker is then as if the call
+  /// had not been made.
   const std::vector<FinishedFrame>& update(std::span<const mot::Detection> detections,
-                                           const image::ImageView* frame = nullptr);
+                                           const FrameContext& frame);
+  const std::vector<FinishedFrame>& update(std::span<const mot::Detection> detections,
+                                           const image::ImageView* image = nullptr) {
+    return update(detections, FrameContext{.image = image});
+  }
+  /// The next frame, at which no detector looked: people move on as predicted, nobody misses a
+  /// detection, and what update() would report of such a frame is reported.
+  const std::vector<FinishedFrame>& skip(const FrameContext& frame = {});
 
   /// The end of the input: one last association, then all frames still held back. Afterwards only
   /// stats() may be called, update() and finish() throw std::logic_error.

@@ -42,13 +42,17 @@ struct InputOptions {
   /// start tracklets. Weaker ones only continue tracklets that are left over, by motion. -inf: all
   /// strong.
   double strong_confidence = 0.6;
+  /// Frames a second that all options which count frames mean, where frames come with times
+  /// (FrameContext::time); >= 0, 0: times are not looked at, every call is a frame.
+  double frame_rate = 0;
 };
 
 /// How people move (section III-D). Noise is in units of the box height, as in DeepSORT.
 struct MotionOptions {
   double position_noise = 1.0 / 20;  ///< of measurements and, per frame, of the prediction; > 0
   double velocity_noise = 1.0 / 80;  ///< per frame; > 0
-  /// Predictions in a row without a detection after which a tracklet is inactive; >= 1.
+  /// Frames in a row, of those that a detector looked at, without a detection after which a
+  /// tracklet is inactive; >= 1.
   int max_misses = 6;
   /// A box of score 0 counts as 1 + score_noise times as noisy as one of score 1; >= 0. Detectors
   /// are unsure of people who are half hidden, and their boxes are then off too.
@@ -175,6 +179,8 @@ struct TrackerOptions {
 
   /// The most frames that a tracklet, which gets its detections, takes to be long enough.
   int confirmation_frames() const;
+  /// Frames after which nothing is known any more of a person who is not seen again.
+  int memory_frames() const;
   /// The lag, in frames, at which the tracker decides about a frame when nothing shortens it:
   /// a gap, the boxes found by looking back, the frames until the tracklet behind it is long
   /// enough, and the wait for the next association. A longer delay changes no output, only when it
