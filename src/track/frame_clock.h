@@ -22,6 +22,8 @@ class FrameClock {
   void set(std::optional<double> time, int frame);
 
  private:
+  friend struct Snapshot;
+
   double exact_frames_until(double time, int frame) const;
 
   double frame_rate_;

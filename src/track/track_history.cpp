@@ -149,10 +149,12 @@ KalmanState TrackHistory::start() const {
 
 void TrackHistory::forget(int frame) {
   while (first_ + 1 < entries_.size() && entries_[first_ + 1].frame <= frame) ++first_;
-  if (first_ > 32 && 2 * first_ > entries_.size()) {
-    entries_.erase(entries_.begin(), entries_.begin() + static_cast<std::ptrdiff_t>(first_));
-    first_ = 0;
-  }
+  if (first_ > 32 && 2 * first_ > entries_.size()) drop_forgotten();
+}
+
+void TrackHistory::drop_forgotten() {
+  entries_.erase(entries_.begin(), entries_.begin() + static_cast<std::ptrdiff_t>(first_));
+  first_ = 0;
 }
 
 }  // namespace sdmt::track

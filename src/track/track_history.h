@@ -60,8 +60,12 @@ class TrackHistory {
   std::optional<TrackedBox> at(int frame);
   /// Frees what is not needed to answer for frames after `frame`.
   void forget(int frame);
+  /// Gives the memory of what is forgotten back.
+  void drop_forgotten();
 
  private:
+  friend struct Snapshot;
+
   struct Entry {
     int frame;
     BoxSource source;

@@ -37,6 +37,8 @@ class TrackOutput {
   const std::vector<FinishedFrame>& finished() const { return finished_; }
 
  private:
+  friend struct Snapshot;
+
   void decide(int frame, Tracklets& tracklets, std::vector<TrackedBox>& boxes,
               std::int64_t& tracks);
 

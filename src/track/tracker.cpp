@@ -6,18 +6,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "detection_assignment.h"
-#include "detection_boosting.h"
-#include "embedding_selection.h"
-#include "frame_clock.h"
-#include "frame_detections.h"
+#include "sdmt/io/checked_value.h"
 #include "sdmt/io/stopwatch.h"
 #include "sdmt/track/pixel_rect.h"
-#include "track_history.h"
-#include "track_output.h"
-#include "tracklet.h"
-#include "tracklet_association.h"
-#include "unclaimed_detections.h"
+#include "tracker_state.h"
 
 namespace sdmt::track {
 
@@ -46,76 +38,18 @@ double chosen_tau_a(const AppearanceOptions& options, const image::CropDescripto
 
 }  // namespace
 
-struct Tracker::State {
-  State(const TrackerOptions& given, image::CropDescriptor* model)
-      : options(valid(given)),
-        descriptor(model),
-        tau_a(chosen_tau_a(options.appearance, model)),
-        motion(tracking_noise(options.motion)),
-        assignment(options.assignment, options.appearance, tau_a),
-        selection(options.appearance, options.assignment, options.confidence),
-        boosting(options.boosting, options.appearance, options.confidence, tau_a),
-        association(options.association, options.motion, options.appearance, model != nullptr,
-                    tau_a),
-        output(options.output, options.motion, options.confidence, options.decision_lag()),
-        unclaimed(options, motion, output.rules()),
-        clock(options.input.frame_rate, options.memory_frames()) {}
-
-  void require_open() const {
-    if (ended) throw std::logic_error("Tracker: finish() was called, nothing can follow it");
-  }
-  void accept(std::span<const mot::Detection> given);
-  void pass(int frames);
-  void predict();
-  void take_back();
-  void embed(const image::ImageView* image);
-  void assign();
-  void boost(const image::ImageView* image);
-  void update_tracklets();
-  void associate();
-  const std::vector<FinishedFrame>& complete(std::optional<double> time);
-  void emit(bool at_end);
-
-  void look_back();
-  void start_tracklet(std::size_t detection);
-  void store_appearance(Tracklet& tracklet, std::size_t detection);
-  void retire();
-  void end_all();
-  void announce_end(const Tracklet& tracklet) const;
-  void merge(Tracklet& older, Tracklet& newer);
-
-  const TrackerOptions options;
-  image::CropDescriptor* const descriptor;
-  const double tau_a;
-  const KalmanFilter motion;
-  DetectionFilter filter;
-  DetectionAssignment assignment;
-  EmbeddingSelection selection;
-  DetectionBoosting boosting;
-  TrackletAssociation association;
-  TrackOutput output;
-  UnclaimedDetections unclaimed;
-
-  std::function<void(const EndedTrack&)> track_ended;
-
-  bool ended = false;
-  int frame = 0;  // of the options' rate: what clock makes of the time, else the number of calls
-  FrameClock clock;
-  int associated = 0;  // intervals until the last association
-  int looked = 0;      // the last frame that a detector looked at
-  int evidence = 1;    // frames that a detection of this one speaks for
-  int last_id = 0;
-  Tracklets active;  // by id
-  Tracklets idle;    // inactive ones that can still be associated or reported, by id
-  FrameDetections detections;
-  std::vector<Match> matches;
-  std::vector<image::Crop> crops;
-  image::DescriptorRows rows;
-  TrackerStats stats;
-  // As they were before the frame, for take_back().
-  TrackerStats stats_before;
-  std::vector<KalmanState> states_before;  // [active]
-};
+Tracker::State::State(const TrackerOptions& given, image::CropDescriptor* model)
+    : options(valid(given)),
+      descriptor(model),
+      tau_a(chosen_tau_a(options.appearance, model)),
+      motion(tracking_noise(options.motion)),
+      assignment(options.assignment, options.appearance, tau_a),
+      selection(options.appearance, options.assignment, options.confidence),
+      boosting(options.boosting, options.appearance, options.confidence, tau_a),
+      association(options.association, options.motion, options.appearance, model != nullptr, tau_a),
+      output(options.output, options.motion, options.confidence, options.decision_lag()),
+      unclaimed(options, motion, output.rules()),
+      clock(options.input.frame_rate, options.memory_frames()) {}
 
 Tracker::Tracker(const TrackerOptions& options, image::CropDescriptor* descriptor)
     : state_(std::make_unique<State>(options, descriptor)) {}
@@ -232,6 +166,9 @@ void Tracker::State::embed(const image::ImageView* image) {
   crops.clear();
   for (const std::size_t i : chosen) crops.push_back({*image, to_pixel_rect(detections.boxes[i])});
   descriptor->describe(crops, rows);
+  if (dimension != 0)
+    io::require_in("the descriptor's dimension", rows.dimension, dimension, dimension);
+  dimension = rows.dimension;
   stats.embedded += static_cast<std::int64_t>(chosen.size());
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     if (rows.valid[i]) {

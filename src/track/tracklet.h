@@ -49,11 +49,12 @@ struct Tracklet {
   int last_frame;   ///< of the latest box
   int state_frame;  ///< of `state`: now while active, the last prediction after that
   KalmanState state;
-  int misses = 0;                ///< predictions since the latest box
-  int feature_frame = 0;         ///< when the gallery last grew; 0: never
-  int boosted_frame = -1000000;  ///< when it was last boosted, or searched for in one pass
-  bool looked_back = false;      ///< for boxes before its first one
-  bool reported = false;  ///< a box of it is in the output: from then on it counts as positive
+  int misses = 0;         ///< predictions since the latest box
+  int feature_frame = 0;  ///< when the gallery last grew; 0: never
+  static constexpr int kNever = -1000000;
+  int boosted_frame = kNever;  ///< when it was last boosted, or searched for in one pass
+  bool looked_back = false;    ///< for boxes before its first one
+  bool reported = false;       ///< a box of it is in the output: from then on it counts as positive
   TrackletConfidence confidence;
   AppearanceGallery gallery;
   TrackHistory history;

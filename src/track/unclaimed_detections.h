@@ -30,6 +30,8 @@ class UnclaimedDetections {
   std::optional<TrackHistory> claim(KalmanState start, int frame, int decided);
 
  private:
+  friend struct Snapshot;
+
   struct Frame {
     int frame = 0;
     std::vector<mot::Detection> boxes;

@@ -37,6 +37,8 @@ class AppearanceGallery {
   double distance(const AppearanceGallery& other, GalleryDistance how) const;
 
  private:
+  friend struct Snapshot;
+
   void thin();
   std::int64_t cell(std::int64_t ordinal) const { return ordinal / stride_; }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -92,6 +93,16 @@ class Tracker {
   /// The end of the input: one last association, then all frames still held back. Afterwards only
   /// stats() may be called, update() and finish() throw std::logic_error.
   const std::vector<FinishedFrame>& finish();
+
+  /// Everything that the tracker knows, between two frames: a tracker with the same options and
+  /// appearance that restores it goes on with the same bytes, in another process, on another
+  /// machine, with another number of threads. Some 300 bytes a box held back for the delay, and a
+  /// stored vector's floats. Throws std::logic_error after finish().
+  std::vector<std::byte> save() const;
+  /// Throws std::invalid_argument `snapshot: ...` for bytes that save() did not make (any bytes may
+  /// be given), another version, other options or another appearance; the tracker is then as it
+  /// was.
+  void restore(std::span<const std::byte> snapshot);
 
   const TrackerStats& stats() const;
 
