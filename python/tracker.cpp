@@ -245,7 +245,7 @@ std::vector<std::map<std::string, std::string>> option_rows() {
 void add_tracker(py::module_& module) {
   using namespace py::literals;
 
-  py::class_<PythonModel>(module, "Model")
+  py::class_<PythonModel>(module, "_Model")
       .def(py::init<const std::string&>(), py::call_guard<py::gil_scoped_release>())
       .def_property_readonly(
           "dimension", [](const PythonModel& m) { return m.model->network.embedding_size(); },
@@ -289,7 +289,7 @@ void add_tracker(py::module_& module) {
       .def("__len__", [](const track::FinishedFrame& f) { return f.boxes.size(); })
       .def("__repr__", &frame_text);
 
-  py::class_<PythonTracker>(module, "Tracker")
+  py::class_<PythonTracker>(module, "_Tracker")
       .def(py::init<const PythonModel*, bool, const std::string&, const OptionTexts&>())
       .def("update", &PythonTracker::update, "boxes"_a, "scores"_a = py::none(),
            "image"_a = py::none(), "embeddings"_a = py::none(),
@@ -318,7 +318,7 @@ made. RuntimeError after finish().)")
           "without_embedding, tracklets, boosted, merges and tracks (ids reported), and the "
           "seconds of each stage.");
 
-  py::class_<PythonEmbedder>(module, "Embedder")
+  py::class_<PythonEmbedder>(module, "_Embedder")
       .def(py::init<const PythonModel&, const std::string&>())
       .def("embed", &PythonEmbedder::embed, "image"_a, "boxes"_a,
            R"(Embeds boxes of an image.

@@ -68,7 +68,7 @@ def _paths(paths):
     return [_os.fspath(path) for path in (paths if several else [paths])]
 
 
-class Model(_sdmt.Model):
+class Model(_sdmt._Model):
     """A network that tells people apart. Any number of trackers, embedders and threads share one.
 
     name: a model file, or a shipped one by its name: "sdmt-lite" (small and quick), "sdmt-vgg16".
@@ -83,7 +83,7 @@ def _model(model):
     return model if model is None or isinstance(model, Model) else Model(model)
 
 
-class Tracker(_sdmt.Tracker):
+class Tracker(_sdmt._Tracker):
     """The tracker: boxes of a frame in, finished frames out.
 
     model: what tells people apart, a Model or what Model() takes; None: by motion alone.
@@ -130,7 +130,7 @@ class Tracker(_sdmt.Tracker):
         return self.update(boxes, confidence, image, embeddings)
 
 
-class Embedder(_sdmt.Embedder):
+class Embedder(_sdmt._Embedder):
     """Turns boxes of images into vectors that tell people apart.
 
     model: a Model or what Model() takes. order: of the channels, "bgr" or "rgb".
