@@ -32,8 +32,8 @@ threads() {
 fuzz() {
   cmake --preset fuzz
   cmake --build build-fuzz --parallel "$jobs" --target fuzz_ground_truth fuzz_results \
-    fuzz_safetensors fuzz_c
-  for reader in ground_truth results safetensors c; do
+    fuzz_safetensors fuzz_snapshot fuzz_c
+  for reader in ground_truth results safetensors snapshot c; do
     mkdir -p build-fuzz/found-$reader
     build-fuzz/fuzz_$reader -max_total_time="${FUZZ_SECONDS:-600}" -max_len=262144 \
       build-fuzz/found-$reader tests/fuzz/corpus/$reader

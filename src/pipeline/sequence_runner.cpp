@@ -52,6 +52,12 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
   const image::ImageView nothing = one_pixel.view();
   Frame frame;
   std::vector<mot::Detection> boxes;
+  RunState* const state = observers.state;
+  if (state != nullptr) {
+    int known =
+        state->resume(tracker, [&](const track::FinishedFrame& done) { deliver({done}); });
+    while (frames.repeatable() && known > 0 && frames.next(frame, false)) --known;
+  }
   bool stopped = false;
   while (!(stopped = observers.stop && observers.stop()) && frames.next(frame, decode)) {
     unreadable.add(frame, "the frame is tracked by motion alone");
@@ -73,10 +79,17 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
                                                : frame.has_image() ? &view
                                                                    : &nothing,
                                       .time = detections.time()};
-    deliver(detections.looked() ? tracker.update(boxes, context) : tracker.skip(context));
+    const auto& finished =
+        detections.looked() ? tracker.update(boxes, context) : tracker.skip(context);
+    deliver(finished);
+    if (state != nullptr) {
+      for (const track::FinishedFrame& done : finished) state->add(done);
+      state->frame_done(tracker);
+    }
   }
   const int read = frame.number;
   stopped = stopped || report.failure != nullptr || report.boxes_ended;
+  if (state != nullptr && stopped) state->save(tracker);
   // Some containers only estimate their length: a frame or two, or one in a hundred, say nothing.
   const int missing = frames.frame_count() - read;
   report.ended_early = !stopped && missing > std::max(2, frames.frame_count() / 100);

@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <csignal>
 #include <nlohmann/json.hpp>
 #include <opencv2/videoio.hpp>
 #include <set>
 #include <sstream>
+#include <thread>
 
 #include "cli/track_scene.h"
 #include "sdmt/mot/mot_file.h"
@@ -201,6 +203,56 @@ TEST_F(TrackOutput, LibrariesDoNotWriteToStandardError) {
   std::istringstream lines(result.err);
   for (std::string line; std::getline(lines, line);)
     EXPECT_THAT(line, HasSubstr("tracking")) << line;
+}
+
+TEST_F(TrackOutput, ARunThatWasKilledGoesOnWithTheSameBytes) {
+  const auto scene = picture_sequence("s", 150);
+  const std::vector<std::string> wanted = {"--appearance",      "histogram", "--jsonl",
+                                           folder_ / "t.jsonl", "--state",   folder_ / "state",
+                                           "--state-every",     "10"};
+  const auto run = [&](const std::string& threads) {
+    auto words = wanted;
+    words.insert(words.end(), {"--threads", threads});
+    return track(scene, words);
+  };
+  ASSERT_EQ(run("2").exit_code, 0);
+  const auto expected = tracks() + read_file(folder_ / "t.jsonl");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "state"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "state.frames"));
+
+  std::filesystem::remove(folder_ / "tracks.txt");
+  std::filesystem::remove(folder_ / "t.jsonl");
+  std::vector<std::string> words = {SDMT_BINARY, "track", scene, "--output", folder_ / "tracks.txt",
+                                    "--threads", "1"};
+  words.insert(words.end(), wanted.begin(), wanted.end());
+  int kills = 0;
+  for (int kill = 0; kill < 3; ++kill) {
+    // The state of each try differs from that of the one before when it got a little further.
+    const std::string before =
+        std::filesystem::exists(folder_ / "state") ? read_file(folder_ / "state") : "";
+    Process process(words);
+    for (int wait = 0; wait < 2000 && std::filesystem::exists(folder_ / "tracks.txt") == false;
+         ++wait) {
+      std::error_code gone;
+      if (std::filesystem::file_size(folder_ / "state", gone) > 0 && !gone &&
+          read_file(folder_ / "state") != before) {
+        break;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    process.send_signal(SIGKILL);
+    kills += process.wait().exit_code == 128 + SIGKILL ? 1 : 0;
+  }
+  EXPECT_GE(kills, 1);
+  auto other = wanted;
+  other.insert(other.end(), {"--lambda", "0.4"});
+  if (std::filesystem::exists(folder_ / "state")) {
+    EXPECT_EQ(track(scene, other).exit_code, 2);
+  }
+  ASSERT_EQ(run("2").exit_code, 0);
+  EXPECT_EQ(tracks() + read_file(folder_ / "t.jsonl"), expected);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "state"));
+  EXPECT_EQ(track(scene, {"--state", folder_ / "state", "--explain", folder_ / "e"}).exit_code, 2);
 }
 
 }  // namespace

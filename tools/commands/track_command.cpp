@@ -42,6 +42,8 @@ struct TrackCommand {
   std::string explain;
   std::string zones;
   pipeline::ZoneFiles zone_files;
+  std::string state;
+  int state_every = 100;
   bool stats = false;
   DetectionArguments detections;
   TrackerArguments tracker;
@@ -57,6 +59,9 @@ struct TrackCommand {
   void check_outputs(const pipeline::DetectionSource& boxes) const;
   // Throws when the sequence has no images and something needs them.
   void check_images(const pipeline::FrameSource& frames, pipeline::DetectionSource& boxes) const;
+  // Throws when there is a state to be kept that some output or input cannot go on from.
+  void check_state(const pipeline::FrameSource& frames) const;
+  std::string run_name() const;
   // Throws when the boxes bring embeddings along that cannot be used as the options say.
   void check_embeddings(pipeline::DetectionSource& boxes) const;
   void report(const pipeline::RunReport& report) const;
@@ -132,6 +137,8 @@ void TrackCommand::check_outputs(const pipeline::DetectionSource& boxes) const {
                         {"--render", render},
                         {"--json", json},
                         {"--explain", explain},
+                        {"--state", state},
+                        {"--state", state.empty() ? "" : state + ".frames"},
                         {"--events", zone_files.events},
                         {"--counts", zone_files.counts},
                         {"--heat-map", zone_files.heat_map}});
@@ -150,6 +157,25 @@ zones::ZonePlan TrackCommand::zone_plan(const pipeline::FrameSource& frames) con
   if (plan.width > 0) return plan;
   throw std::invalid_argument(zones + ": the size of the input's picture is not known; expected " +
                               "\"picture\": [width, height]");
+}
+
+void TrackCommand::check_state(const pipeline::FrameSource& frames) const {
+  if (state.empty()) return;
+  const auto refuse = [](const std::string& what) {
+    throw std::invalid_argument("--state cannot go on with " + what);
+  };
+  for (const auto& file : {output, jsonl, json, zone_files.events, zone_files.counts}) {
+    if (file == "-") refuse("standard output: what was printed is gone; expected a file");
+  }
+  if (!explain.empty()) refuse("--explain");
+  if (!detections.every.empty()) refuse("--detect-every");
+  if (!render.empty() && !frames.repeatable()) refuse("--render of a camera or stream");
+}
+
+// What makes two runs the same, beside the options and the model, which the snapshot knows.
+std::string TrackCommand::run_name() const {
+  return pipeline::display_name(input) + " with boxes of " +
+         (detections.detector.empty() ? detections.detections : detections.detector);
 }
 
 void TrackCommand::check_embeddings(pipeline::DetectionSource& boxes) const {
@@ -201,6 +227,7 @@ void TrackCommand::run() const {
   options.validate();
   check_images(*frames, *boxes);
   check_embeddings(*boxes);
+  check_state(*frames);
   check_outputs(*boxes);
   for (const auto& note : frames->notes()) warn(note);
   if (!boxes->file().empty() && !frames->numbering().empty()) warn(frames->numbering());
@@ -215,6 +242,8 @@ void TrackCommand::run() const {
   track::Tracker engine(options, given ? boxes->descriptor() : loaded.get());
   Outputs outputs(*this, *frames, engine);
 
+  std::optional<pipeline::RunState> kept;
+  if (!state.empty()) kept.emplace(state, run_name(), state_every);
   pipeline::RunReport run;
   {
     Progress progress("tracking", frames->frame_count(), "frames");
@@ -227,6 +256,7 @@ void TrackCommand::run() const {
     observers.warning = warn;
     observers.stop = [&] { return stop.requested(); };
     observers.unreadable = &outputs.unreadable();
+    observers.state = kept ? &*kept : nullptr;
     const bool images = loaded != nullptr || outputs.need_images();
     run = pipeline::run_sequence(*frames, *boxes, engine, images, observers);
   }
@@ -237,6 +267,7 @@ void TrackCommand::run() const {
   }
   if (run.failure != nullptr) std::rethrow_exception(run.failure);
   if (stop.requested() || run.boxes_ended) return;
+  if (kept) kept->remove();
   if (frames->endless() || (run.ended_early && !frames->repeatable())) {
     throw std::runtime_error(
         fmt::format("{}: gives no more frames; the {} that it gave are written",
@@ -277,6 +308,14 @@ void add_track_command(CLI::App& app) {
                 "What happened in the zones, a JSON object a line");
   add_zone_file("--counts", command->zone_files.counts, "Counts in all and by the hour, CSV");
   add_zone_file("--heat-map", command->zone_files.heat_map, "Where people stood how long, PNG");
+  sub->add_option("--state", command->state,
+                  "Keep in FILE what a run that was killed goes on from, by the same command")
+      ->type_name("FILE");
+  sub->add_option("--state-every", command->state_every,
+                  "Frames between two savings of the state, which a killed run does again")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
   sub->add_flag("--stats", command->stats, "Print milliseconds by stage");
   add_tracker_arguments(*sub, command->tracker);
   sub->callback([command] { command->run(); });

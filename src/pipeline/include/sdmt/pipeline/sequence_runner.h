@@ -7,6 +7,7 @@
 
 #include "sdmt/pipeline/detection_source.h"
 #include "sdmt/pipeline/frame_source.h"
+#include "sdmt/pipeline/run_state.h"
 #include "sdmt/pipeline/unreadable_frames.h"
 #include "sdmt/track/tracker.h"
 
@@ -39,6 +40,9 @@ struct RunObservers {
   std::function<void(const std::string&)> warning;            ///< one line of text
   std::function<bool()> stop;                                 ///< true: end as at the last frame
   UnreadableFrames* unreadable = nullptr;  ///< counts them with others; then it warns of them
+  /// Keeps what a killed run can go on from. A run that goes on hands over all finished frames from
+  /// the first one, and passes over the frames of a repeatable input that it had seen.
+  RunState* state = nullptr;
 };
 
 /// Tracks an input from its first to its last frame.
