@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "channel_parameters.h"
+#include "channel_shards.h"
 #include "kernels/channel_norm.h"
-#include "parameter_access.h"
 #include "sdmt/io/checked_value.h"
 
 namespace sdmt::nn {
@@ -62,12 +62,13 @@ void BatchNorm::train(const Tensor& x, Tensor& y, bool relu) {
 
 void BatchNorm::move_to_batch(const Tensor& x) {
   const int channels = options_.num_features;
-  const double rows = static_cast<double>(x.size()) / channels;
+  const BatchShards shards = shards_of(x);
+  const double rows = static_cast<double>(shards.images()) * x.shape().h * x.shape().w;
   if (rows < 2) {
     throw std::invalid_argument("BatchNorm: training input is " + x.shape().str() +
                                 ", expected more than one value per channel");
   }
-  ChannelMoments moments = channel_moments(x);
+  ChannelMoments moments = moments_of_batch(x, shards);
   batch_->inv_std.resize(moments.mean.size());
   const auto move = [this](float& running, double value) {
     running += static_cast<float>(options_.momentum * (value - running));
@@ -100,15 +101,13 @@ void BatchNorm::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tenso
 void BatchNorm::backward(const Tensor& x, const Tensor& dy, Tensor* dx, bool relu) {
   ChannelAffine forward = affine(*batch_);
   forward.relu = relu;
-  const ChannelGradientSums sums = channel_gradient_sums(x, dy, *batch_, forward);
-  const auto add = [](Parameter& parameter, const ChannelValues& sum) {
-    if (!parameter.trainable) return;
-    float* const gradient = gradient_of(parameter);
-    for (std::size_t c = 0; c < sum.size(); ++c) gradient[c] += static_cast<float>(sum[c]);
-  };
-  add(weight_, sums.dy_by_x);
-  add(bias_, sums.dy);
-  if (dx != nullptr) channel_input_gradient(x, dy, *batch_, forward, sums, *dx);
+  const BatchShards shards = shards_of(x);
+  const ChannelGradientSums sums = gradient_sums_of_batch(x, dy, *batch_, forward, shards);
+  add_to_gradient(sums.dy_by_x, weight_);
+  add_to_gradient(sums.dy, bias_);
+  if (dx == nullptr) return;
+  const double rows = static_cast<double>(shards.images()) * x.shape().h * x.shape().w;
+  channel_input_gradient(x, dy, *batch_, forward, sums, rows, *dx);
 }
 
 }  // namespace sdmt::nn

@@ -2,6 +2,7 @@
 #include "sdmt/nn/conv2d.h"
 
 #include "convolution.h"
+#include "gradient_sum.h"
 #include "parameter_access.h"
 #include "sdmt/io/checked_value.h"
 
@@ -24,6 +25,7 @@ Conv2d::Conv2d(Conv2dOptions options) : options_(options) {
   bias_.decay = false;
   if (options_.bias) bias_.value = Tensor({1, 1, 1, options_.out_channels});
   convolution_ = std::make_unique<Convolution>(options_, weight_.value, bias_.value);
+  gradient_sum_ = std::make_unique<GradientSum>();
 }
 
 Conv2d::~Conv2d() = default;
@@ -50,9 +52,12 @@ void Conv2d::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* 
 }
 
 void Conv2d::add_parameter_gradients(const Tensor& x, const Tensor& dy) {
-  convolution_->add_parameter_gradients(
-      x, dy, weight_.trainable ? gradient_of(weight_) : nullptr,
-      options_.bias && bias_.trainable ? gradient_of(bias_) : nullptr);
+  gradient_sum_->start(shards_of(x), parameters());
+  gradient_sum_->add_shards([&](int first, int count, const std::vector<float*>& sums) {
+    convolution_->add_parameter_gradients(x.images(first, count), dy.images(first, count), sums[0],
+                                          options_.bias ? sums[1] : nullptr);
+  });
+  gradient_sum_->finish();
 }
 
 std::vector<Parameter*> Conv2d::parameters() {

@@ -149,6 +149,8 @@ void Convolution::add_parameter_gradients(const Tensor& x, const Tensor& dy, flo
 }
 
 void Convolution::weight_gradient_im2col(const Tensor& x, const Tensor& dy, float* gradient) const {
+  const auto values = static_cast<std::int64_t>(weight_.size());
+  float* const sums = thread_scratch(ScratchUse::accumulators, weight_.size());
   const Shape out = dy.shape();
   const WindowGeometry g = geometry_of(options_, x.shape(), out);
   const std::int64_t depth = g.window_size();
@@ -161,8 +163,10 @@ void Convolution::weight_gradient_im2col(const Tensor& x, const Tensor& dy, floa
       im2col(g, x.image(image), first, g.out_width, rows + first * depth);
     }
     gemm(out.c, depth, g.windows(), {dy.image(image), 1, out.c}, {rows, depth, 1},
-         {.data = gradient, .row_stride = depth, .accumulate = true});
+         {.data = sums, .row_stride = depth, .accumulate = image > 0});
   }
+#pragma omp parallel for simd schedule(static)
+  for (std::int64_t i = 0; i < values; ++i) gradient[i] += sums[i];
 }
 
 void Convolution::input_gradient(const Tensor& x, const Tensor& dy, const Tensor* mask,

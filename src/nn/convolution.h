@@ -34,7 +34,7 @@ class Convolution {
   void forward_after(const Convolution& first, const Tensor& x, ConvolutionEpilogue epilogue,
                      Tensor& y) const;
 
-  /// Adds dL/dweight and dL/dbias; each may be null.
+  /// Adds dL/dweight and dL/dbias, each value by one addition; each may be null.
   void add_parameter_gradients(const Tensor& x, const Tensor& dy, float* weight, float* bias);
   /// Sets dx to dL/dx; where `mask` is given, of x's shape, only where it is positive.
   void input_gradient(const Tensor& x, const Tensor& dy, const Tensor* mask, Tensor& dx);

@@ -2,13 +2,14 @@
 #include "sdmt/nn/instance_norm.h"
 
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "channel_parameters.h"
+#include "channel_shards.h"
 #include "kernels/channel_norm.h"
-#include "parameter_access.h"
 #include "sdmt/io/checked_value.h"
 #include "sdmt/io/first_error.h"
 
@@ -17,10 +18,11 @@ namespace sdmt::nn {
 namespace {
 
 ChannelStatistics statistics_of(const Tensor& image, double eps) {
-  ChannelMoments moments = channel_moments(image);
-  const double rows = static_cast<double>(image.size()) / image.shape().c;
+  const std::int64_t rows = rows_of(image.shape());
+  ChannelMoments moments = std::move(channel_moments(image, {0, rows}).front());
   ChannelStatistics statistics{std::move(moments.mean), std::move(moments.squares)};
-  for (double& value : statistics.inv_std) value = 1.0 / std::sqrt(value / rows + eps);
+  for (double& value : statistics.inv_std)
+    value = 1.0 / std::sqrt(value / static_cast<double>(rows) + eps);
   return statistics;
 }
 
@@ -85,24 +87,28 @@ void InstanceNorm::backward(const Tensor& x, const Tensor&, const Tensor& dy, Te
       const Tensor from = x.images(i, 1);
       const Tensor gradient = dy.images(i, 1);
       const ChannelAffine affine = affine_of(images_[i], weight_.value, bias_.value);
-      sums[i] = channel_gradient_sums(from, gradient, images_[i], affine);
+      const std::int64_t rows = rows_of(from.shape());
+      sums[i] =
+          std::move(channel_gradient_sums(from, gradient, images_[i], affine, {0, rows}).front());
       if (dx == nullptr) return;
       Tensor to = dx->images(i, 1);
-      channel_input_gradient(from, gradient, images_[i], affine, sums[i], to);
+      channel_input_gradient(from, gradient, images_[i], affine, sums[i],
+                             static_cast<double>(rows), to);
     });
   }
   error.rethrow();
-  const auto add = [&](Parameter& parameter, ChannelValues ChannelGradientSums::*sum) {
-    if (!parameter.trainable) return;
-    float* const to = gradient_of(parameter);
-    for (int c = 0; c < options_.num_features; ++c) {
-      double total = 0.0;
-      for (const ChannelGradientSums& image : sums) total += (image.*sum)[c];
-      to[c] += static_cast<float>(total);
+  if (!weight_.trainable && !bias_.trainable) return;
+  const BatchShards shards = shards_of(x);
+  std::vector<ChannelGradientSums> parts(kShards, zero_sums(options_.num_features));
+  for (int s = shards.first(); s < shards.end(); ++s) {
+    const int first = shards.begin(shards.first());
+    for (int i = shards.begin(s); i < shards.begin(s + 1); ++i) {
+      add_sums(sums[i - first], parts[s]);
     }
-  };
-  add(weight_, &ChannelGradientSums::dy_by_x);
-  add(bias_, &ChannelGradientSums::dy);
+  }
+  const ChannelGradientSums total = sum_of_shards(std::move(parts), shards);
+  add_to_gradient(total.dy_by_x, weight_);
+  add_to_gradient(total.dy, bias_);
 }
 
 }  // namespace sdmt::nn

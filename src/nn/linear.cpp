@@ -4,9 +4,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "gradient_sum.h"
 #include "kernels/column_sum.h"
 #include "kernels/gemm.h"
 #include "kernels/half_weights.h"
+#include "kernels/outer_products.h"
 #include "kernels/row_products.h"
 #include "parameter_access.h"
 #include "sdmt/io/checked_value.h"
@@ -19,7 +21,10 @@ void LinearOptions::validate() const {
 }
 
 Linear::Linear(LinearOptions options)
-    : options_(options), half_weights_(std::make_unique<HalfWeights>()) {
+    : options_(options),
+      half_weights_(std::make_unique<HalfWeights>()),
+      weight_sum_(std::make_unique<GradientSum>()),
+      bias_sum_(std::make_unique<GradientSum>()) {
   options_.validate();
   weight_.name = "weight";
   weight_.value = Tensor({options_.out_features, 1, 1, options_.in_features});
@@ -91,15 +96,33 @@ void Linear::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* 
   const std::ptrdiff_t out = options_.out_features;
   const int n = x.shape().n;
   require_weights();
-  if (options_.bias && bias_.trainable) add_column_sums(dy.data(), n, out, gradient_of(bias_));
-  if (weight_.trainable) {
-    gemm(out, in, n, {dy.data(), 1, out}, {x.data(), in, 1},
-         {.data = gradient_of(weight_), .row_stride = in, .accumulate = true});
-  }
+  add_parameter_gradients(x, dy);
   if (dx == nullptr) return;
   dx->resize(x.shape());
   gemm(n, in, out, {dy.data(), out, 1}, {weight_.value.data(), in, 1},
        {.data = dx->data(), .row_stride = in});
+}
+
+void Linear::add_parameter_gradients(const Tensor& x, const Tensor& dy) {
+  const std::ptrdiff_t in = options_.in_features;
+  const std::ptrdiff_t out = options_.out_features;
+  const BatchShards shards = shards_of(x);
+  if (weight_.trainable) {
+    weight_sum_->start(shards, {&weight_});
+    const auto nodes = shard_nodes(shards.first(), shards.end());
+    std::vector<float*> targets;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      targets.push_back(weight_sum_->target(static_cast<int>(i), 0));
+    }
+    add_outer_products(shards, out, in, dy.data(), x.data(), targets);
+    weight_sum_->finish();
+  }
+  if (!options_.bias || !bias_.trainable) return;
+  bias_sum_->start(shards, {&bias_});
+  bias_sum_->add_shards([&](int first, int count, const std::vector<float*>& sums) {
+    add_column_sums(dy.image(first), count, out, sums[0]);
+  });
+  bias_sum_->finish();
 }
 
 std::vector<Parameter*> Linear::parameters() {

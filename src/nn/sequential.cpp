@@ -129,6 +129,10 @@ std::vector<NamedTensor> Sequential::named_buffers() {
   return all;
 }
 
+void Sequential::set_shards(const BatchShards* shards) {
+  for (const Entry& entry : entries_) entry.layer->set_shards(shards);
+}
+
 void Sequential::parameters_changed() {
   for (const Entry& entry : entries_) entry.layer->parameters_changed();
   inference_plans_->parameters_changed();

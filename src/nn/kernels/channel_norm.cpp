@@ -176,17 +176,36 @@ void for_parts(std::int64_t rows, const Run& run) {
   error.rethrow();
 }
 
+/// A part of a group of rows.
+struct RowPart {
+  std::size_t group;
+  std::int64_t first, count;
+};
+
 /// Two sums for every channel and part of the rows.
 struct PartSums {
-  std::int64_t parts;
   int channels;
+  std::vector<RowPart> parts;
   ChannelValues first, second;  // [part][channel]
 
-  explicit PartSums(const Tensor& x)
-      : parts((rows_of(x) + kRowsPerPart - 1) / kRowsPerPart),
-        channels(x.shape().c),
-        first(parts * channels),
-        second(parts * channels) {}
+  PartSums(const Tensor& x, const RowBounds& groups) : channels(x.shape().c) {
+    for (std::size_t group = 0; group + 1 < groups.size(); ++group) {
+      for (std::int64_t row = groups[group]; row < groups[group + 1]; row += kRowsPerPart) {
+        parts.push_back({group, row, std::min(kRowsPerPart, groups[group + 1] - row)});
+      }
+    }
+    first.resize(parts.size() * channels);
+    second.resize(parts.size() * channels);
+  }
+
+  /// Calls run(part, its first sums, its second sums) for all parts, in parallel.
+  template <class Run>
+  void compute(const Run& run) {
+#pragma omp parallel for schedule(static) if (parts.size() > 1)
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      run(parts[i], &first[i * channels], &second[i * channels]);
+    }
+  }
 };
 
 ChannelRows rows_at(std::int64_t row, std::int64_t rows, const Tensor& x, const Tensor* dy,
@@ -208,32 +227,34 @@ ChannelRows rows_at(std::int64_t row, std::int64_t rows, const Tensor& x, const 
 
 }  // namespace
 
-ChannelMoments channel_moments(const Tensor& x) {
-  PartSums parts(x);
-  const int channels = parts.channels;
-  const std::int64_t rows = rows_of(x);
-  for_parts(rows, [&](std::int64_t part, std::int64_t first, std::int64_t count) {
+void merge_moments(double before, double count, double other_mean, double other_squares,
+                   double& mean, double& squares) {
+  // Chan, Golub & LeVeque, "Updating Formulae and a Pairwise Algorithm for Computing Sample
+  // Variances", 1979.
+  const double total = before + count;
+  if (total == 0) return;
+  const double step = other_mean - mean;
+  mean += step * (count / total);
+  squares += other_squares + step * step * (before * count / total);
+}
+
+std::vector<ChannelMoments> channel_moments(const Tensor& x, const RowBounds& groups) {
+  PartSums sums(x, groups);
+  sums.compute([&](const RowPart& part, double* mean, double* squares) {
     HWY_DYNAMIC_DISPATCH(MomentsOfRows)
-    (rows_at(first, count, x, nullptr, nullptr, nullptr), &parts.first[part * channels],
-     &parts.second[part * channels]);
+    (rows_at(part.first, part.count, x, nullptr, nullptr, nullptr), mean, squares);
   });
-  ChannelMoments moments{ChannelValues(channels), ChannelValues(channels)};
-  for (int c = 0; c < channels; ++c) {
-    double mean = 0.0;
-    double squares = 0.0;
-    double before = 0.0;  // rows
-    for (std::int64_t part = 0; part < parts.parts; ++part) {
-      // Chan, Golub & LeVeque, "Updating Formulae and a Pairwise Algorithm for Computing Sample
-      // Variances", 1979.
-      const auto count = static_cast<double>(std::min(kRowsPerPart, rows - part * kRowsPerPart));
-      const double step = parts.first[part * channels + c] - mean;
-      const double total = before + count;
-      mean += step * (count / total);
-      squares += parts.second[part * channels + c] + step * step * (before * count / total);
-      before = total;
+  const int channels = sums.channels;
+  std::vector<ChannelMoments> moments(groups.size() - 1,
+                                      {ChannelValues(channels), ChannelValues(channels)});
+  for (std::size_t i = 0; i < sums.parts.size(); ++i) {
+    const RowPart& part = sums.parts[i];
+    ChannelMoments& group = moments[part.group];
+    const auto before = static_cast<double>(part.first - groups[part.group]);
+    for (int c = 0; c < channels; ++c) {
+      merge_moments(before, static_cast<double>(part.count), sums.first[i * channels + c],
+                    sums.second[i * channels + c], group.mean[c], group.squares[c]);
     }
-    moments.mean[c] = mean;
-    moments.squares[c] = squares;
   }
   return moments;
 }
@@ -246,31 +267,32 @@ void channel_affine(const Tensor& x, const ChannelAffine& affine, Tensor& y) {
   });
 }
 
-ChannelGradientSums channel_gradient_sums(const Tensor& x, const Tensor& dy,
-                                          const ChannelStatistics& statistics,
-                                          const ChannelAffine& affine) {
-  PartSums parts(x);
-  const int channels = parts.channels;
-  for_parts(rows_of(x), [&](std::int64_t part, std::int64_t first, std::int64_t count) {
+std::vector<ChannelGradientSums> channel_gradient_sums(const Tensor& x, const Tensor& dy,
+                                                       const ChannelStatistics& statistics,
+                                                       const ChannelAffine& affine,
+                                                       const RowBounds& groups) {
+  PartSums sums(x, groups);
+  sums.compute([&](const RowPart& part, double* of_dy, double* of_dy_by_x) {
     HWY_DYNAMIC_DISPATCH(GradientSumsOfRows)
-    (rows_at(first, count, x, &dy, &statistics, &affine), &parts.first[part * channels],
-     &parts.second[part * channels]);
+    (rows_at(part.first, part.count, x, &dy, &statistics, &affine), of_dy, of_dy_by_x);
   });
-  ChannelGradientSums sums{ChannelValues(channels), ChannelValues(channels)};
-  for (std::int64_t part = 0; part < parts.parts; ++part) {
+  const int channels = sums.channels;
+  std::vector<ChannelGradientSums> result(groups.size() - 1,
+                                          {ChannelValues(channels), ChannelValues(channels)});
+  for (std::size_t i = 0; i < sums.parts.size(); ++i) {
+    ChannelGradientSums& group = result[sums.parts[i].group];
     for (int c = 0; c < channels; ++c) {
-      sums.dy[c] += parts.first[part * channels + c];
-      sums.dy_by_x[c] += parts.second[part * channels + c];
+      group.dy[c] += sums.first[i * channels + c];
+      group.dy_by_x[c] += sums.second[i * channels + c];
     }
   }
-  return sums;
+  return result;
 }
 
 void channel_input_gradient(const Tensor& x, const Tensor& dy, const ChannelStatistics& statistics,
                             const ChannelAffine& affine, const ChannelGradientSums& sums,
-                            Tensor& dx) {
+                            double rows, Tensor& dx) {
   dx.resize(x.shape());
-  const auto rows = static_cast<double>(rows_of(x));
   ChannelGradientSums mean = sums;
   for (double& value : mean.dy) value /= rows;
   for (double& value : mean.dy_by_x) value /= rows;

@@ -9,6 +9,7 @@
 namespace sdmt::nn {
 
 class Convolution;
+class GradientSum;
 
 struct Conv2dOptions {
   int in_channels = 0;   ///< >= 1
@@ -68,6 +69,7 @@ class Conv2d : public Layer {
   Parameter weight_;
   Parameter bias_;
   std::unique_ptr<Convolution> convolution_;
+  std::unique_ptr<GradientSum> gradient_sum_;
 };
 
 }  // namespace sdmt::nn

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sdmt/nn/batch_shards.h"
 #include "sdmt/nn/tensor.h"
 
 namespace sdmt::nn {
@@ -45,8 +46,9 @@ enum class Mode { inference, training };
 
 /// One step of a network: y = f(x), with its derivative. Tensors belong to the caller, who keeps x
 /// and y alive between forward() and backward() of the same batch; a layer holds only its
-/// parameters and small scratch memory. infer() may run in several threads at once, nothing else
-/// may beside it; a layer uses OpenMP inside. Results do not depend on the number of threads.
+/// parameters and small scratch memory. Sums over the images of a batch are those of BatchShards.
+/// infer() may run in several threads at once, nothing else may beside it; a layer uses OpenMP
+/// inside. Results do not depend on the number of threads.
 class Layer {
  public:
   virtual ~Layer() = default;
@@ -64,7 +66,8 @@ class Layer {
   virtual void forward(const Tensor& x, Tensor& y, Mode /*mode*/) { infer(x, y); }
 
   /// Given dy = dL/dy for the x and y of the last forward(..., Mode::training): adds dL/dparameter
-  /// to the grad of every trainable parameter, and, when dx is not null, resizes *dx to x's shape
+  /// to the grad of every trainable parameter (there after ProcessGroup::wait() where processes
+  /// share the batch), and, when dx is not null, resizes *dx to x's shape
   /// and sets it to dL/dx.
   virtual void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) = 0;
 
@@ -75,6 +78,19 @@ class Layer {
   /// Must be called after the values of parameters or buffers were changed from outside (loading,
   /// an optimiser step): layers may keep transformed copies, such as Winograd weights.
   virtual void parameters_changed() {}
+
+  /// What the tensors of the training passes to come are of: some images of a batch that other
+  /// processes have the rest of. Must outlive them. Null, as at first: they are whole batches.
+  void set_shards(const BatchShards* shards) { shards_ = shards; }
+
+ protected:
+  /// How the batch is cut that x holds the images of.
+  BatchShards shards_of(const Tensor& x) const {
+    return shards_ != nullptr ? *shards_ : BatchShards(x.shape().n);
+  }
+
+ private:
+  const BatchShards* shards_ = nullptr;
 };
 
 }  // namespace sdmt::nn

@@ -9,6 +9,7 @@
 
 namespace sdmt::nn {
 
+class GradientSum;
 class HalfWeights;
 
 struct LinearOptions {
@@ -56,6 +57,7 @@ class Linear : public Layer {
   void multiply(const Tensor& x, bool half, Tensor& y) const;
   bool has_half_weights() const;
   void require_weights() const;
+  void add_parameter_gradients(const Tensor& x, const Tensor& dy);
 
   LinearOptions options_;
   Parameter weight_;
@@ -63,6 +65,8 @@ class Linear : public Layer {
   mutable std::mutex making_half_weights_;
   std::unique_ptr<HalfWeights> half_weights_;  // made when first needed
   mutable bool half_weights_tried_ = false;
+  std::unique_ptr<GradientSum> weight_sum_;
+  std::unique_ptr<GradientSum> bias_sum_;
 };
 
 }  // namespace sdmt::nn

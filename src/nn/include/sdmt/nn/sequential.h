@@ -66,6 +66,8 @@ class Sequential {
   std::vector<NamedParameter> named_parameters();
   /// Buffers (running statistics) likewise.
   std::vector<NamedTensor> named_buffers();
+  /// Tells every layer; see Layer::set_shards().
+  void set_shards(const BatchShards* shards);
   /// Tells every layer; see Layer::parameters_changed().
   void parameters_changed();
 
