@@ -19,9 +19,9 @@ packages=(
 python=(python3-dev python3-numpy pybind11-dev)  # the Python module and its tests
 case "${1:-build}" in
   build) ;;
-  test) packages+=(libgtest-dev libgmock-dev python3 "${python[@]}") ;;
+  test) packages+=(libgtest-dev libgmock-dev python3 "${python[@]}" libopenmpi-dev openmpi-bin) ;;
   develop)
-    packages+=(libgtest-dev libgmock-dev python3 "${python[@]}" libbenchmark-dev clang clang-format clang-tidy libomp-dev
+    packages+=(libgtest-dev libgmock-dev python3 "${python[@]}" libopenmpi-dev openmpi-bin libbenchmark-dev clang clang-format clang-tidy libomp-dev
       gcovr git chromium qemu-user g++-aarch64-linux-gnu) ;;
   *) echo "usage: $0 [build|test|develop]" >&2; exit 2 ;;
 esac

@@ -26,6 +26,7 @@
 #include "cli/config_arguments.h"
 #include "cli/console.h"
 #include "cli/help_formatter.h"
+#include "cli/processes.h"
 #include "cli/run_record.h"
 #include "cli/stop_signal.h"
 #include "cli/suggestion.h"
@@ -165,6 +166,8 @@ int run(int argc, char** argv) {
     typed.erase(typed.begin());
     typed.emplace_back("--help");
   }
+  // Of the processes that train together the first speaks for all.
+  if (!typed.empty() && typed[0] == "train-embedder" && launched_rank() > 0) silence_console();
   const auto report = [&](std::string message, int code) {
     std::replace(message.begin(), message.end(), '\n', ' ');  // one line, whatever a path holds
     say(stderr, "{}: {}\n", command_name(app, typed), sdmt::io::printable(message));
@@ -173,6 +176,7 @@ int run(int argc, char** argv) {
   if (typed.empty()) return report("sdmt --help lists the commands", kBadInput);
   ExpandedArguments expanded;
   try {
+    if (const char* target = std::getenv("SDMT_SIMD")) sdmt::nn::use_simd_target(target);
     refuse_unknown_words(app, typed);
     record_command_line(typed);
     expanded = expand_config(app, typed);

@@ -67,8 +67,8 @@ BatchShards::BatchShards(int images, ProcessGroup& group)
       end_(first_shard(group.rank() + 1, group.size())) {
   if (group.size() == 1 || images >= kShards) return;
   throw std::invalid_argument("a batch of " + std::to_string(images) +
-                              " cannot be shared by processes, expected at least " +
-                              std::to_string(kShards));
+                              " images cannot be shared by " + std::to_string(group.size()) +
+                              " processes, expected at least " + std::to_string(kShards));
 }
 
 int BatchShards::begin(int shard) const {

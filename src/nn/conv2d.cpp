@@ -53,10 +53,14 @@ void Conv2d::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* 
 
 void Conv2d::add_parameter_gradients(const Tensor& x, const Tensor& dy) {
   gradient_sum_->start(shards_of(x), parameters());
-  gradient_sum_->add_shards([&](int first, int count, const std::vector<float*>& sums) {
-    convolution_->add_parameter_gradients(x.images(first, count), dy.images(first, count), sums[0],
-                                          options_.bias ? sums[1] : nullptr);
-  });
+  gradient_sum_->add_shards(
+      [&](int first, int count, bool add, const std::vector<float*>& sums) {
+        convolution_->parameter_sums(x.images(first, count), dy.images(first, count), add, sums[0],
+                                     options_.bias ? sums[1] : nullptr);
+      },
+      [&](int parameter, std::span<const float> sums, float* gradient) {
+        convolution_->add_gradient(parameter == 0, sums, gradient);
+      });
   gradient_sum_->finish();
 }
 

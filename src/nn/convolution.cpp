@@ -135,20 +135,30 @@ void Convolution::forward_im2col(const Tensor& x, const ConvolutionEpilogue& epi
   error.rethrow();
 }
 
-void Convolution::add_parameter_gradients(const Tensor& x, const Tensor& dy, float* weight,
-                                          float* bias) {
+void Convolution::parameter_sums(const Tensor& x, const Tensor& dy, bool add, float* weight,
+                                 float* bias) {
   if (weight != nullptr && algorithm() == Algorithm::winograd) {
-    winograd_weight_gradient(x, dy, weight, bias);
+    winograd_weight_gradient(x, dy, add, weight, bias);
   } else if (weight != nullptr && algorithm() == Algorithm::rgb) {
-    rgb_weight_gradient(x, dy, options_.stride, weight, bias);
+    rgb_weight_gradient(x, dy, options_.stride, add, weight, bias);
   } else {
     const std::int64_t pixels = static_cast<std::int64_t>(dy.size()) / dy.shape().c;
+    if (bias != nullptr && !add) std::fill_n(bias, dy.shape().c, 0.0F);
     if (bias != nullptr) add_column_sums(dy.data(), pixels, dy.shape().c, bias);
-    if (weight != nullptr) weight_gradient_im2col(x, dy, weight);
+    if (weight != nullptr) weight_gradient_im2col(x, dy, add, weight);
   }
 }
 
-void Convolution::weight_gradient_im2col(const Tensor& x, const Tensor& dy, float* gradient) const {
+void Convolution::add_gradient(bool of_weight, std::span<const float> sums, float* gradient) const {
+  if (of_weight && algorithm() == Algorithm::winograd) {
+    add_winograd_taps(sums.data(), weight_.shape(), gradient);
+  } else {
+    for (std::size_t i = 0; i < sums.size(); ++i) gradient[i] += sums[i];
+  }
+}
+
+void Convolution::weight_gradient_im2col(const Tensor& x, const Tensor& dy, bool add,
+                                         float* gradient) const {
   const auto values = static_cast<std::int64_t>(weight_.size());
   float* const sums = thread_scratch(ScratchUse::accumulators, weight_.size());
   const Shape out = dy.shape();
@@ -166,7 +176,7 @@ void Convolution::weight_gradient_im2col(const Tensor& x, const Tensor& dy, floa
          {.data = sums, .row_stride = depth, .accumulate = image > 0});
   }
 #pragma omp parallel for simd schedule(static)
-  for (std::int64_t i = 0; i < values; ++i) gradient[i] += sums[i];
+  for (std::int64_t i = 0; i < values; ++i) gradient[i] = add ? gradient[i] + sums[i] : sums[i];
 }
 
 void Convolution::input_gradient(const Tensor& x, const Tensor& dy, const Tensor* mask,

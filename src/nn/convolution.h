@@ -3,6 +3,7 @@
 
 #include <list>
 #include <mutex>
+#include <span>
 
 #include "kernels/convolution_epilogue.h"
 #include "kernels/winograd.h"
@@ -34,8 +35,12 @@ class Convolution {
   void forward_after(const Convolution& first, const Tensor& x, ConvolutionEpilogue epilogue,
                      Tensor& y) const;
 
-  /// Adds dL/dweight and dL/dbias, each value by one addition; each may be null.
-  void add_parameter_gradients(const Tensor& x, const Tensor& dy, float* weight, float* bias);
+  /// Sets weight and bias to dL/dweight and dL/dbias or adds them, each value by one addition; each
+  /// may be null. The values of dL/dweight are in an order of the kernel's own.
+  void parameter_sums(const Tensor& x, const Tensor& dy, bool add, float* weight, float* bias);
+  /// Adds such values, of the weight or of the bias, to the gradient, which is in the tensor's
+  /// order.
+  void add_gradient(bool of_weight, std::span<const float> sums, float* gradient) const;
   /// Sets dx to dL/dx; where `mask` is given, of x's shape, only where it is positive.
   void input_gradient(const Tensor& x, const Tensor& dy, const Tensor* mask, Tensor& dx);
 
@@ -48,7 +53,7 @@ class Convolution {
   const float* bias() const { return bias_.empty() ? nullptr : bias_.data(); }
   const WinogradWeights& winograd_weights(Shape out, Mode mode) const;
   void forward_im2col(const Tensor& x, const ConvolutionEpilogue& epilogue, Tensor& y) const;
-  void weight_gradient_im2col(const Tensor& x, const Tensor& dy, float* gradient) const;
+  void weight_gradient_im2col(const Tensor& x, const Tensor& dy, bool add, float* gradient) const;
   void input_gradient_im2col(const Tensor& x, const Tensor& dy, Tensor& dx) const;
 
   Conv2dOptions options_;

@@ -45,7 +45,11 @@ float* GradientSum::target(int node, int parameter) {
   return nodes_.data() + node * row() + offsets_[parameter];
 }
 
-void GradientSum::add_shards(const Shard& shard) {
+void GradientSum::add_in_place(int /*parameter*/, std::span<const float> sums, float* gradient) {
+  add(sums.data(), static_cast<std::int64_t>(sums.size()), gradient);
+}
+
+void GradientSum::add_shards(const Shard& shard, const Place& place) {
   if (row() == 0) return;
   const auto size = static_cast<std::int64_t>(row());
   const int first_image = shards_->begin(shards_->first());
@@ -59,20 +63,24 @@ void GradientSum::add_shards(const Shard& shard) {
     // One that is merged at once is added to the sum that it is merged with.
     const int slot = merges > 0 ? top - 1 : top;
     float* const to = slots + slot * size;
-    if (slot == top) clear(to, size);
     for (std::size_t p = 0; p < sums.size(); ++p) {
       sums[p] = parameters_[p]->trainable ? to + offsets_[p] : nullptr;
     }
     const int begin = shards_->begin(s), end = shards_->begin(s + 1);
-    if (begin < end) shard(begin - first_image, end - begin, sums);
+    if (begin < end) {
+      shard(begin - first_image, end - begin, slot < top, sums);
+    } else if (slot == top) {
+      clear(to, size);
+    }
     for (int at = slot; merges > 1; --merges, --at) {
       add(slots + at * size, size, slots + (at - 1) * size);
     }
   }
   for (int node = 0; node < tree.top(); ++node) {
     for (int p = 0; p < static_cast<int>(parameters_.size()); ++p) {
-      const auto values = static_cast<std::int64_t>(offsets_[p + 1] - offsets_[p]);
-      if (values > 0) add(slots + node * size + offsets_[p], values, target(node, p));
+      const std::span<const float> sums_of_node(slots + node * size + offsets_[p],
+                                                offsets_[p + 1] - offsets_[p]);
+      if (!sums_of_node.empty()) place(p, sums_of_node, target(node, p));
     }
   }
 }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "sdmt/nn/batch_shards.h"
@@ -19,10 +20,15 @@ class GradientSum {
   void start(const BatchShards& shards, std::vector<Parameter*> parameters);
 
   /// Called for the images [first, first + count), counted from the first that is here, with an
-  /// array for each parameter, null for a frozen one, to add to. Each value may change by one
-  /// addition only.
-  using Shard = std::function<void(int first, int count, const std::vector<float*>& sums)>;
-  void add_shards(const Shard& shard);
+  /// array for each parameter, null for a frozen one, for their sums: to be set, or each value to
+  /// be changed by one addition.
+  using Shard =
+      std::function<void(int first, int count, bool add, const std::vector<float*>& sums)>;
+  void add_shards(const Shard& shard) { add_shards(shard, add_in_place); }
+  /// The same where the shards' sums are in another order than the gradient: place() adds them to
+  /// it.
+  using Place = std::function<void(int parameter, std::span<const float> sums, float* gradient)>;
+  void add_shards(const Shard& shard, const Place& place);
   /// What add_shards() does by itself: where the sum of node `node`, an index to
   /// shard_nodes(shards.first(), shards.end()), is to be added for parameter `parameter`.
   float* target(int node, int parameter);
@@ -31,6 +37,7 @@ class GradientSum {
   void finish();
 
  private:
+  static void add_in_place(int parameter, std::span<const float> sums, float* gradient);
   std::size_t row() const { return offsets_.back(); }
   bool alone() const { return shards_->group().size() == 1; }
 

@@ -92,8 +92,8 @@ void InstanceNorm::backward(const Tensor& x, const Tensor&, const Tensor& dy, Te
           std::move(channel_gradient_sums(from, gradient, images_[i], affine, {0, rows}).front());
       if (dx == nullptr) return;
       Tensor to = dx->images(i, 1);
-      channel_input_gradient(from, gradient, images_[i], affine, sums[i],
-                             static_cast<double>(rows), to);
+      channel_input_gradient(from, gradient, images_[i], affine, sums[i], static_cast<double>(rows),
+                             to);
     });
   }
   error.rethrow();

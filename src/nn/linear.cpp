@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sdmt/nn/linear.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -119,7 +120,8 @@ void Linear::add_parameter_gradients(const Tensor& x, const Tensor& dy) {
   }
   if (!options_.bias || !bias_.trainable) return;
   bias_sum_->start(shards, {&bias_});
-  bias_sum_->add_shards([&](int first, int count, const std::vector<float*>& sums) {
+  bias_sum_->add_shards([&](int first, int count, bool add, const std::vector<float*>& sums) {
+    if (!add) std::fill_n(sums[0], out, 0.0F);
     add_column_sums(dy.image(first), count, out, sums[0]);
   });
   bias_sum_->finish();

@@ -19,17 +19,16 @@ std::vector<double> pairwise_distances(std::span<const T> rows, std::size_t n, s
   constexpr std::size_t kWorthThreads = 100000;
   std::vector<double> distances(n * n, 0.0);
   // nothing throws
-#pragma omp parallel for schedule(static) if (n * n * dim > kWorthThreads)
+#pragma omp parallel for schedule(static, 1) if (n * n * dim > kWorthThreads)
   for (std::ptrdiff_t row = 0; row < static_cast<std::ptrdiff_t>(n); ++row) {
     const auto i = static_cast<std::size_t>(row);
-    for (std::size_t j = 0; j < n; ++j) {
-      if (i == j) continue;
+    for (std::size_t j = i + 1; j < n; ++j) {
       double sum = 0;
       for (std::size_t k = 0; k < dim; ++k) {
         const double difference = static_cast<double>(rows[i * dim + k]) - rows[j * dim + k];
         sum += difference * difference;
       }
-      distances[i * n + j] = std::sqrt(sum + kDistanceEps);
+      distances[i * n + j] = distances[j * n + i] = std::sqrt(sum + kDistanceEps);
     }
   }
   return distances;

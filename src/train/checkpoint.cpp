@@ -107,4 +107,16 @@ void read_checkpoint(const std::filesystem::path& path, const Configuration& con
   require_possible(path, checkpoint, iterations);
 }
 
+void broadcast_checkpoint(nn::ProcessGroup& group, Checkpoint& checkpoint) {
+  const auto share = [&group](auto& value) {
+    group.broadcast(std::as_writable_bytes(std::span(&value, 1)));
+  };
+  share(checkpoint.iteration);
+  share(checkpoint.best_iteration);
+  for (double& score : checkpoint.best_scores) share(score);
+  for (const auto& [name, tensor] : checkpoint.tensors) {
+    group.broadcast(std::as_writable_bytes(tensor->values()));
+  }
+}
+
 }  // namespace sdmt::train

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sdmt/nn/layer.h"
+#include "sdmt/nn/process_group.h"
 #include "sdmt/reid/model_file.h"
 #include "sdmt/train/configuration.h"
 
@@ -29,5 +30,8 @@ void write_checkpoint(const std::filesystem::path& path, const reid::Model& mode
 // and setting or tensor, also for values that no training has: not finite, or a variance below 0.
 void read_checkpoint(const std::filesystem::path& path, const Configuration& configuration,
                      std::int64_t iterations, Checkpoint& checkpoint);
+
+// What process 0 of the group has read, to the others.
+void broadcast_checkpoint(nn::ProcessGroup& group, Checkpoint& checkpoint);
 
 }  // namespace sdmt::train

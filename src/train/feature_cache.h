@@ -11,7 +11,9 @@
 
 #include "patches.h"
 #include "sdmt/io/safetensors.h"
+#include "sdmt/nn/process_group.h"
 #include "sdmt/train/configuration.h"
+#include "source_images.h"
 #include "trained_network.h"
 
 namespace sdmt::train {
@@ -25,19 +27,21 @@ using CacheProgress = std::function<void(std::int64_t done, std::int64_t total)>
 class FeatureCache {
  public:
   struct Source {
-    std::span<const image::Image> images;
+    SourceImages& images;
     int views = 1;
     AugmentationOptions augmentation;
     std::uint64_t seed = 0;
     image::Preprocessing preprocessing;
   };
 
-  // In memory, or in the safetensors file `path`, which is computed when it does not exist. Throws
+  // In memory, or in the safetensors file `path`, which is computed when it does not exist, and
+  // which all processes of the group see. Each of them computes a share. Throws
   // std::invalid_argument naming the setting when it was made with another configuration.
-  FeatureCache(TrainedNetwork& network, const Source& source, const CacheProgress& progress,
-               const std::filesystem::path& path = {}, const Configuration& configuration = {});
+  FeatureCache(TrainedNetwork& network, const Source& source, nn::ProcessGroup& group,
+               const CacheProgress& progress, const std::filesystem::path& path = {},
+               const Configuration& configuration = {});
 
-  static std::size_t bytes(TrainedNetwork& network, const Source& source);
+  static std::size_t bytes(TrainedNetwork& network, std::size_t images, int views);
 
   // front_shape(1).size() values.
   void read(View view, float* out) const;

@@ -35,6 +35,17 @@ void combine(const float* a, const float* b, float* out) {
   }
 }
 
+// Rows of a batch that are here.
+struct Part {
+  int first = 0;
+  int count = 0;
+};
+
+Part part(const nn::BatchShards* shards, int whole) {
+  if (shards == nullptr) return {0, whole};
+  return {shards->begin(shards->first()), shards->images_here()};
+}
+
 // Sixteen sums side by side, for vector registers; `size` is a multiple of 16.
 float dot(const float* a, const float* b, int size) {
   std::array<float, 16> sums{};
@@ -104,6 +115,13 @@ float PairClassifier::distance(const float* a, const float* b) const {
   return 1.0F / (1.0F + std::exp(same - other));
 }
 
+void PairClassifier::set_shards(const nn::BatchShards* images, const nn::BatchShards* pairs) {
+  image_shards_ = images;
+  pair_shards_ = pairs;
+  tower_.set_shards(images);
+  classifier_.set_shards(pairs);
+}
+
 const nn::Tensor& PairClassifier::forward_features(const nn::Tensor& blocks, nn::Mode mode) {
   return tower_.forward(blocks, mode);
 }
@@ -112,18 +130,23 @@ const nn::Tensor& PairClassifier::forward_pairs(const nn::Tensor& features,
                                                 std::span<const FeaturePair> pairs, nn::Mode mode) {
   features_ = &features;
   pairs_.assign(pairs.begin(), pairs.end());
-  combined_.resize({static_cast<int>(pairs.size()), 1, 1, 2 * kFeatures});
+  const Part here = part(pair_shards_, static_cast<int>(pairs.size()));
+  combined_.resize({here.count, 1, 1, 2 * kFeatures});
   // nothing throws
 #pragma omp parallel for schedule(static)
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    combine(features.image(pairs[p].first), features.image(pairs[p].second),
-            combined_.image(static_cast<int>(p)));
+  for (int p = 0; p < here.count; ++p) {
+    const FeaturePair& pair = pairs_[here.first + p];
+    combine(features.image(pair.first), features.image(pair.second), combined_.image(p));
   }
   return classifier_.forward(combined_, mode);
 }
 
 void PairClassifier::backward(const nn::Tensor& d_scores) {
-  classifier_.backward(d_scores, &d_combined_);
+  const Part here = part(pair_shards_, static_cast<int>(pairs_.size()));
+  classifier_.backward(d_scores, &d_combined_here_);
+  d_combined_.resize({static_cast<int>(pairs_.size()), 1, 1, 2 * kFeatures});
+  std::ranges::copy(d_combined_here_.values(), d_combined_.image(here.first));
+  if (pair_shards_ != nullptr) pair_shards_->gather_images(d_combined_.values(), 2 * kFeatures);
   d_features_.resize(features_->shape());
   d_features_.fill(0.0F);
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
@@ -138,7 +161,8 @@ void PairClassifier::backward(const nn::Tensor& d_scores) {
       db[k] += -sign * d[k] + a[k] * d[kFeatures + k];
     }
   }
-  tower_.backward(d_features_);
+  const Part images = part(image_shards_, d_features_.shape().n);
+  tower_.backward(d_features_.images(images.first, images.count));
 }
 
 std::vector<nn::NamedParameter> PairClassifier::parameters() {

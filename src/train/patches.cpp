@@ -60,13 +60,13 @@ void make_view_patches(std::span<const image::Image> images, std::span<const Vie
 }
 
 void make_batch_patches(std::span<const image::Image> images, std::span<const int> batch,
-                        std::int64_t iteration, const AugmentationOptions& options,
-                        std::uint64_t seed, const image::Preprocessing& preprocessing,
-                        nn::Tensor& patches) {
+                        std::size_t first, std::int64_t iteration,
+                        const AugmentationOptions& options, std::uint64_t seed,
+                        const image::Preprocessing& preprocessing, nn::Tensor& patches) {
   for (const int image : batch) require_visible(images[image]);
   for_each_patch(batch.size(), preprocessing, patches, [&](std::size_t i, float* out) {
-    auto random =
-        random_stream(seed, Purpose::augmentation, i, static_cast<std::uint64_t>(iteration));
+    auto random = random_stream(seed, Purpose::augmentation, first + i,
+                                static_cast<std::uint64_t>(iteration));
     const image::Image& image = images[batch[i]];
     extract(augment(image, preprocessing.width, preprocessing.height, options, random),
             preprocessing, out);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -26,10 +27,11 @@ void make_view_patches(std::span<const image::Image> images, std::span<const Vie
                        const AugmentationOptions& options, std::uint64_t seed,
                        const image::Preprocessing& preprocessing, nn::Tensor& patches);
 
-// The same for a batch augmented anew in each iteration.
+// The same for a batch, or the part of one that begins at `first`, augmented anew in each
+// iteration.
 void make_batch_patches(std::span<const image::Image> images, std::span<const int> batch,
-                        std::int64_t iteration, const AugmentationOptions& options,
-                        std::uint64_t seed, const image::Preprocessing& preprocessing,
-                        nn::Tensor& patches);
+                        std::size_t first, std::int64_t iteration,
+                        const AugmentationOptions& options, std::uint64_t seed,
+                        const image::Preprocessing& preprocessing, nn::Tensor& patches);
 
 }  // namespace sdmt::train

@@ -31,6 +31,11 @@ const nn::Tensor& TrainedNetwork::run_front(const nn::Tensor& patches) {
   return head().forward(map, nn::Mode::inference, 0, head_cut_);
 }
 
+void TrainedNetwork::set_shards(const nn::BatchShards* shards) {
+  network_.trunk().set_shards(shards);
+  head().set_shards(shards);
+}
+
 const nn::Tensor& TrainedNetwork::forward(const nn::Tensor& front, nn::Mode mode) {
   const nn::Tensor& map = network_.trunk().forward(front, mode, trunk_cut_);
   return head().forward(map, mode, head_cut_);
@@ -86,6 +91,12 @@ std::uint64_t TrainedNetwork::front_fingerprint() {
     for (const nn::Buffer* buffer : layer.buffers()) hash(state, buffer->value);
   }
   return state;
+}
+
+std::uint64_t TrainedNetwork::state_fingerprint() {
+  std::uint64_t fingerprint = kEmptyHash;
+  for (const auto& [name, tensor] : state()) hash(fingerprint, *tensor);
+  return fingerprint;
 }
 
 }  // namespace sdmt::train

@@ -29,6 +29,8 @@ class TrainedNetwork {
   // [n, height, width, 3] -> front_shape(n). Valid until the next call of any function here.
   const nn::Tensor& run_front(const nn::Tensor& patches);
 
+  // Of which batch the training passes to come are a part: see nn::Layer::set_shards().
+  void set_shards(const nn::BatchShards* shards);
   // front_shape(n) -> [n, 1, 1, embedding size]. In training mode `front` must live until
   // backward().
   const nn::Tensor& forward(const nn::Tensor& front, nn::Mode mode);
@@ -44,6 +46,8 @@ class TrainedNetwork {
   void store();
   // Hash of all that is frozen.
   std::uint64_t front_fingerprint();
+  // Hash of state().
+  std::uint64_t state_fingerprint();
 
  private:
   reid::EmbeddingNetwork& network_;

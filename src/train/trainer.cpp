@@ -2,14 +2,20 @@
 #include "sdmt/train/trainer.h"
 
 #include <algorithm>
+#include <span>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "best_weights.h"
 #include "checkpoint.h"
 #include "frozen_features.h"
+#include "pending_sums.h"
 #include "principal_axes.h"
+#include "sdmt/nn/batch_shards.h"
 #include "sdmt/nn/clip_grad_norm.h"
 #include "sdmt/reid/validation_auc.h"
+#include "shared_blocks.h"
 #include "trained_network.h"
 #include "training_configuration.h"
 #include "training_parts.h"
@@ -38,6 +44,7 @@ struct Trainer::Run {
   Projection teacher;  // [images] or empty
   nn::LearningRateSchedule schedule;
   std::unique_ptr<nn::Optimizer> optimizer;
+  nn::BatchShards shards;
   FrozenFeatures frozen;
   CollapseMonitor monitor;
 
@@ -45,9 +52,10 @@ struct Trainer::Run {
   BestWeights best;
   std::optional<WeightAverage> average;
 
-  nn::Tensor features, gradient, taught;
+  nn::Tensor features, embeddings, gradient, taught;
 
-  Run(reid::Model& start, TrainingSet training_set, TrainerOptions training_options)
+  Run(reid::Model& start, TrainingSet training_set, TrainerOptions training_options,
+      nn::ProcessGroup& group)
       : model(start),
         data(std::move(training_set)),
         options(complete(std::move(training_options), model.network)),
@@ -58,7 +66,9 @@ struct Trainer::Run {
                            options.seed),
         schedule(make_schedule(options)),
         optimizer(make_optimizer(options, network.parameters())),
-        frozen(network, data, options, model.metadata.preprocessing) {
+        shards(batch_size(), group),
+        frozen(network, data, options, model.metadata.preprocessing, group) {
+    network.set_shards(&shards);
     best.scores.assign(data.validation.size(), 0.0);
     if (options.average > 0) average.emplace(options.average).start(network.state());
     if (options.teacher_match == TeacherMatch::projection && !data.teacher.empty()) {
@@ -68,6 +78,49 @@ struct Trainer::Run {
       teacher.rows = data.teacher;
     }
     best.keep(network.state(), iteration);
+  }
+
+  int batch_size() const {
+    return options.identities * options.instances +
+           (data.unlabelled.empty() ? 0 : options.unlabelled_batch);
+  }
+
+  nn::ProcessGroup& group() const { return shards.group(); }
+
+  // Embeddings of a whole batch.
+  void embed_batch(const std::vector<int>& images) {
+    frozen.of_batch(images, iteration, shards, features);
+    const nn::Tensor& here = network.forward(features, nn::Mode::training);
+    embeddings.resize({shards.images(), 1, 1, here.shape().c});
+    std::ranges::copy(here.values(), embeddings.image(shards.begin(shards.first())));
+    shards.gather_images(embeddings.values(), here.shape().image_size());
+  }
+
+  // From the gradient of a whole batch.
+  void backward() {
+    optimizer->zero_grad();
+    PendingSums sums(group());
+    network.backward(gradient.images(shards.begin(shards.first()), shards.images_here()));
+    sums.wait();
+  }
+
+  // What should be the same everywhere: if it is not, hardware or a library is to blame.
+  void require_agreement() {
+    std::vector<std::uint64_t> prints(static_cast<std::size_t>(group().size()));
+    if (prints.size() == 1) return;
+    std::vector<std::size_t> bounds;
+    for (std::size_t rank = 0; rank <= prints.size(); ++rank) {
+      bounds.push_back(rank * sizeof(std::uint64_t));
+    }
+    prints[group().rank()] = network.state_fingerprint();
+    group().gather(std::as_writable_bytes(std::span(prints)), bounds);
+    for (std::size_t rank = 1; rank < prints.size(); ++rank) {
+      if (prints[rank] == prints[0]) continue;
+      throw std::runtime_error("the weights of process " + std::to_string(rank) +
+                               " are not those of process 0 after iteration " +
+                               std::to_string(iteration) +
+                               ": its machine does not compute the same");
+    }
   }
 
   // Puts the averaged weights, if there are any, into the network, or takes them out again.
@@ -92,16 +145,25 @@ struct Trainer::Run {
 
   // Embeddings of a validation set, as a tracker would compute them.
   nn::Tensor embed(std::size_t set) {
-    constexpr int kBatch = 64;
     const int count = static_cast<int>(data.validation[set].images.size());
-    nn::Tensor embeddings({count, 1, 1, model.network.embedding_size()});
-    for (int first = 0; first < count; first += kBatch) {
-      const int size = std::min(kBatch, count - first);
-      frozen.of_validation(set, first, size, features);
-      const nn::Tensor& rows = network.forward(features, nn::Mode::inference);
-      std::copy_n(rows.data(), rows.size(), embeddings.image(first));
-    }
-    return embeddings;
+    const int size = model.network.embedding_size();
+    nn::Tensor result({count, 1, 1, size});
+    for_shared_blocks(
+        count, group(),
+        [&](std::int64_t begin, std::int64_t end) {
+          if (begin == end) return;
+          const int first = static_cast<int>(begin);
+          frozen.of_validation(set, first, static_cast<int>(end) - first, features);
+          const nn::Tensor& rows = network.forward(features, nn::Mode::inference);
+          std::copy_n(rows.data(), rows.size(), result.image(first));
+        },
+        [&](const std::vector<std::int64_t>& bounds) {
+          const auto first = static_cast<int>(bounds.front());
+          nn::Tensor round = result.images(first, static_cast<int>(bounds.back()) - first);
+          group().gather(std::as_writable_bytes(round.values()),
+                         byte_bounds(bounds, size * sizeof(float)));
+        });
+    return result;
   }
 
   Checkpoint checkpoint() {
@@ -119,9 +181,10 @@ struct Trainer::Run {
   }
 };
 
-Trainer::Trainer(reid::Model& model, TrainingSet data, TrainerOptions options) {
+Trainer::Trainer(reid::Model& model, TrainingSet data, TrainerOptions options,
+                 nn::ProcessGroup& group) {
   options.validate();
-  run_ = std::make_unique<Run>(model, std::move(data), std::move(options));
+  run_ = std::make_unique<Run>(model, std::move(data), std::move(options), group);
 }
 
 Trainer::~Trainer() = default;
@@ -144,8 +207,8 @@ TrainingStep Trainer::step() {
   std::vector<int> images = batch.images;  // and then those without identities
   const auto unlabelled = run.unlabelled_sampler.batch(run.iteration);
   images.insert(images.end(), unlabelled.begin(), unlabelled.end());
-  run.frozen.of_batch(images, run.iteration, run.features);
-  const nn::Tensor& embeddings = run.network.forward(run.features, nn::Mode::training);
+  run.embed_batch(images);
+  const nn::Tensor& embeddings = run.embeddings;
   run.gradient.resize(embeddings.shape());
   run.gradient.fill(0.0F);
   const std::size_t labelled = batch.images.size() * embeddings.shape().image_size();
@@ -155,8 +218,7 @@ TrainingStep Trainer::step() {
   TrainingStep report;
   if (!run.teacher.rows.empty()) report.teacher_loss = run.learn_from_teacher(embeddings, images);
   require_finite_loss(result.loss + report.teacher_loss.value_or(0), run.iteration + 1);
-  run.optimizer->zero_grad();
-  run.network.backward(run.gradient);
+  run.backward();
 
   report.gradient_norm = nn::clip_grad_norm(run.network.parameters(), run.options.clip_norm);
   report.learning_rate = run.schedule.at(run.iteration);
@@ -179,9 +241,16 @@ Validation Trainer::validate() {
   Run& run = *run_;
   Validation result;
   std::vector<double> scores;
+  run.require_agreement();
   run.swap_average();
   for (std::size_t set = 0; set < run.data.validation.size(); ++set) {
-    scores.push_back(reid::validation_auc(run.embed(set), run.data.validation[set].labels));
+    const nn::Tensor embeddings = run.embed(set);
+    double auc = 0;
+    if (run.group().rank() == 0) {
+      auc = reid::validation_auc(embeddings, run.data.validation[set].labels);
+    }
+    run.group().broadcast(std::as_writable_bytes(std::span(&auc, 1)));
+    scores.push_back(auc);
     result.auc.emplace_back(run.data.validation[set].name, scores.back());
   }
   result.mean_auc = mean_score(scores);
@@ -191,6 +260,7 @@ Validation Trainer::validate() {
 }
 
 void Trainer::save_checkpoint(const std::filesystem::path& path) {
+  if (run_->group().rank() > 0) return;
   run_->network.store();
   write_checkpoint(path, run_->model,
                    training_configuration(run_->options, run_->data, run_->frozen.configuration()),
@@ -199,9 +269,12 @@ void Trainer::save_checkpoint(const std::filesystem::path& path) {
 
 void Trainer::load_checkpoint(const std::filesystem::path& path) {
   Checkpoint checkpoint = run_->checkpoint();
-  read_checkpoint(path,
-                  training_configuration(run_->options, run_->data, run_->frozen.configuration()),
-                  run_->options.iterations, checkpoint);
+  if (run_->group().rank() == 0) {
+    read_checkpoint(path,
+                    training_configuration(run_->options, run_->data, run_->frozen.configuration()),
+                    run_->options.iterations, checkpoint);
+  }
+  broadcast_checkpoint(run_->group(), checkpoint);
   run_->iteration = checkpoint.iteration;
   run_->best.iteration = checkpoint.best_iteration;
   run_->best.scores = checkpoint.best_scores;

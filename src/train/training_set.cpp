@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include "patches.h"
 #include "random_stream.h"
 #include "sdmt/reid/image_vectors.h"
+#include "shared_blocks.h"
 
 namespace sdmt::train {
 
@@ -90,22 +92,22 @@ struct DecodedImage {
 
 class Decoder {
  public:
-  explicit Decoder(std::size_t total) : unreadable_(total) {}
+  Decoder(std::size_t total, nn::ProcessGroup& group) : unreadable_(total), group_(group) {}
 
-  // The images of each person that can be read.
+  // The images of each person that can be read; those of others' share are empty.
   std::vector<std::vector<DecodedImage>> decode(const People& people) {
     std::vector<fs::path> paths;
     for (const auto& [pid, list] : people) {
       for (const auto& image : list) paths.push_back(image.path);
     }
-    auto decoded = media::read_images(paths);
+    auto decoded = read_share(paths);
+    const auto readable = readable_to_all(decoded);
     std::vector<std::vector<DecodedImage>> result;
     std::size_t at = 0;
     for (const auto& [pid, list] : people) {
       auto& images = result.emplace_back();
       for (std::size_t i = 0; i < list.size(); ++i, ++at) {
-        if (decoded[at]) {
-          require_visible(*decoded[at], paths[at]);
+        if (readable[at]) {
           images.push_back({std::move(*decoded[at]), std::move(paths[at])});
         } else {
           unreadable_.add(paths[at]);
@@ -118,7 +120,42 @@ class Decoder {
   const std::vector<fs::path>& unreadable() const { return unreadable_.paths(); }
 
  private:
+  // In the places of other shares there is an empty image.
+  std::vector<std::optional<image::Image>> read_share(const std::vector<fs::path>& paths) const {
+    std::vector<fs::path> here;
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      if (in_share(static_cast<std::int64_t>(i), group_)) here.push_back(paths[i]);
+    }
+    auto decoded = media::read_images(here);
+    std::vector<std::optional<image::Image>> all(paths.size(), image::Image());
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      if (!in_share(static_cast<std::int64_t>(i), group_)) continue;
+      all[i] = std::move(decoded[next++]);
+      if (all[i]) require_visible(*all[i], paths[i]);
+    }
+    return all;
+  }
+
+  // Whether each image can be read by the process whose share it is in.
+  std::vector<bool> readable_to_all(const std::vector<std::optional<image::Image>>& here) const {
+    const std::size_t count = here.size();
+    std::vector<std::byte> failed(count * static_cast<std::size_t>(group_.size()));
+    std::vector<std::size_t> bounds;
+    for (int rank = 0; rank <= group_.size(); ++rank) bounds.push_back(rank * count);
+    for (std::size_t i = 0; i < count; ++i) {
+      failed[bounds[group_.rank()] + i] = std::byte{!here[i].has_value()};
+    }
+    group_.gather(failed, bounds);
+    std::vector<bool> readable(count, true);
+    for (std::size_t i = 0; i < failed.size(); ++i) {
+      if (failed[i] != std::byte{0}) readable[i % count] = false;
+    }
+    return readable;
+  }
+
   media::UnreadableImages unreadable_;
+  nn::ProcessGroup& group_;
 };
 
 ValidationSet make_validation_set(std::string name, const People& people, Decoder& decoder) {
@@ -130,6 +167,7 @@ ValidationSet make_validation_set(std::string name, const People& people, Decode
     has_pair |= images.size() > 1;
     for (auto& [image, path] : images) {
       set.images.push_back(std::move(image));
+      set.files.push_back(std::move(path));
       set.labels.push_back(label);
     }
     ++label;
@@ -209,7 +247,7 @@ void TrainingSetOptions::validate() const {
   }
 }
 
-TrainingSet load_training_set(const TrainingSetOptions& options) {
+TrainingSet load_training_set(const TrainingSetOptions& options, nn::ProcessGroup& group) {
   options.validate();
   TrainingSet set;
   std::vector<People> training;
@@ -239,7 +277,7 @@ TrainingSet load_training_set(const TrainingSetOptions& options) {
     total += hash_files(people, set.validation_fingerprint);
   }
 
-  Decoder decoder(total);
+  Decoder decoder(total, group);
   Origins origins;
   for (std::size_t source = 0; source < training.size(); ++source) {
     add_identities(set, training[source], static_cast<int>(source), options.folders[source],
@@ -255,6 +293,7 @@ TrainingSet load_training_set(const TrainingSetOptions& options) {
   if (!options.teachers.empty()) {
     set.teacher = reid::image_vectors(options.teachers, origins.paths, origins.roots);
   }
+  set.files = std::move(origins.paths);
   for (const auto& [name, people] : validation) {
     set.validation.push_back(make_validation_set(name, people, decoder));
   }

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <exception>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <span>
 #include <thread>
@@ -81,9 +82,18 @@ class ThreadGroup : public ProcessGroup {
   void reduce(std::span<const float> nodes, std::vector<std::span<float>> sums) override {
     shared_.nodes[rank()] = nodes;
     shared_.barrier.arrive_and_wait();
+    Rows rows;
+    for (int r = 0; r < size(); ++r) {
+      const auto of_rank = shard_nodes(first_shard(r, size()), first_shard(r + 1, size()));
+      const std::size_t values = nodes.size() / shard_nodes_here();
+      for (std::size_t i = 0; i < of_rank.size(); ++i) {
+        rows[{of_rank[i].first, of_rank[i].count}] = shared_.nodes[r].subspan(i * values, values);
+      }
+    }
+    const std::vector<float> all = total(rows, 0, kShards);
     std::size_t at = 0;
     for (const std::span<float> sum : sums) {
-      for (float& value : sum) value += total(0, kShards, at++);
+      for (float& value : sum) value += all[at++];
     }
     shared_.barrier.arrive_and_wait();
   }
@@ -114,16 +124,20 @@ class ThreadGroup : public ProcessGroup {
   }
 
  private:
-  // Value `at` of the sum of shards [first, first + count).
-  float total(int first, int count, std::size_t at) const {
-    for (int r = 0; r < size(); ++r) {
-      const auto nodes = shard_nodes(first_shard(r, size()), first_shard(r + 1, size()));
-      for (std::size_t i = 0; i < nodes.size(); ++i) {
-        if (nodes[i].first != first || nodes[i].count != count) continue;
-        return shared_.nodes[r][i * (shared_.nodes[r].size() / nodes.size()) + at];
-      }
+  using Rows = std::map<std::pair<int, int>, std::span<const float>>;  // by first and count
+
+  std::size_t shard_nodes_here() const {
+    return shard_nodes(first_shard(rank(), size()), first_shard(rank() + 1, size())).size();
+  }
+
+  static std::vector<float> total(const Rows& rows, int first, int count) {
+    if (const auto found = rows.find({first, count}); found != rows.end()) {
+      return {found->second.begin(), found->second.end()};
     }
-    return total(first, count / 2, at) + total(first + count / 2, count / 2, at);
+    auto left = total(rows, first, count / 2);
+    const auto right = total(rows, first + count / 2, count / 2);
+    for (std::size_t i = 0; i < left.size(); ++i) left[i] += right[i];
+    return left;
   }
 
   Shared& shared_;

@@ -58,6 +58,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude{
     {"image", {"image"}},
     {"mot", {"mot", "io"}},
     {"nn", {"nn", "io"}},
+    {"mpi", {"mpi", "nn"}},
     {"media", {"media", "image", "io"}},
     {"reid", {"reid", "nn", "image", "io"}},
     {"track", {"track", "mot", "image", "io"}},

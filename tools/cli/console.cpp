@@ -18,6 +18,7 @@ namespace {
 int output_error = 0;           // of standard output, the first
 std::FILE* messages = nullptr;  // standard error, once libraries are silenced
 bool working = false;
+bool silent = false;
 bool output_is_result = false;
 Verbosity chosen = Verbosity::normal;
 
@@ -39,7 +40,10 @@ void exited() {
 
 }  // namespace
 
+void silence_console() { silent = true; }
+
 void write_console(std::FILE* stream, std::string_view text) {
+  if (silent) return;
   stream = shown_at(stream);
   if (std::fwrite(text.data(), 1, text.size(), stream) == text.size()) return;
   if (stream == stdout && output_error == 0) output_error = errno;

@@ -25,6 +25,9 @@ void say(std::FILE* stream, fmt::format_string<Args...> text, Args&&... args) {
   write_console(stream, io::printable(said, said.size(), "\n\r\t"));
 }
 
+/// From now on nothing is written: this is one of several processes that do the same work.
+void silence_console();
+
 /// How much a run says beside its result. --quiet: warnings and errors alone. --verbose: also what
 /// is used, and what the libraries below say.
 enum class Verbosity { quiet, normal, verbose };

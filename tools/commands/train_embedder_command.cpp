@@ -19,6 +19,7 @@
 #include "cli/console.h"
 #include "cli/json_file.h"
 #include "cli/output_paths.h"
+#include "cli/processes.h"
 #include "cli/progress.h"
 #include "cli/stop_signal.h"
 #include "cli/training_arguments.h"
@@ -125,9 +126,9 @@ class Checkpoints {
 
 // The training itself. Returns false when a signal ended it.
 bool run(train::Trainer& trainer, const TrainingArguments& arguments, const StopSignal& stop,
-         nlohmann::ordered_json& report) {
+         const Processes& processes, nlohmann::ordered_json& report) {
   std::optional<train::TrainingLog> log;
-  if (!arguments.log.empty()) {
+  if (!arguments.log.empty() && processes.is_first()) {
     log.emplace(arguments.log, trainer.iteration(), !trainer.data().teacher.empty());
   }
   const double batch = arguments.trainer.identities * arguments.trainer.instances +
@@ -138,7 +139,7 @@ bool run(train::Trainer& trainer, const TrainingArguments& arguments, const Stop
   double loss = 0;
   {
     Progress progress("training", arguments.trainer.iterations, "iterations");
-    while (!trainer.finished() && !stop.requested()) {
+    while (!trainer.finished() && !processes.any(stop.requested())) {
       const auto step_start = Clock::now();
       const train::TrainingStep step = trainer.step();
       const double rate = batch / std::max(seconds_since(step_start), 1e-9);
@@ -164,7 +165,7 @@ bool run(train::Trainer& trainer, const TrainingArguments& arguments, const Stop
       }
       if (log) log->add(step, validation ? &*validation : nullptr, rate);
       progress.update(step.iteration, fmt::format("loss {:.5f}, {:.0f} images/s", loss, rate));
-      checkpoints.after(step.iteration, trainer);
+      if (processes.is_first()) checkpoints.after(step.iteration, trainer);
     }
   }
   const double seconds = seconds_since(start);
@@ -190,14 +191,15 @@ void refuse_options_of_the_metric_head(const TrainingArguments& arguments) {
 }
 
 // The paper's other network, a baseline: no checkpoints, as it takes minutes.
-void run_pair_classifier(reid::Model& model, const train::TrainingSet& data,
-                         const TrainingArguments& arguments, const StopSignal& stop) {
+void run_pair_classifier(reid::Model& model, train::TrainingSet data,
+                         const TrainingArguments& arguments, const StopSignal& stop,
+                         const Processes& processes) {
   std::unique_ptr<Progress> progress;
   train::PairTrainingEvents events;
   events.caching = [&](std::int64_t done, std::int64_t total) {
     if (!progress) progress = std::make_unique<Progress>("caching", total, "views");
     progress->update(done);
-    if (stop.requested()) throw Stopped();
+    if (processes.any(stop.requested())) throw Stopped();
   };
   bool training = false;
   events.step = [&](const train::PairTrainingStep& step) {
@@ -210,12 +212,14 @@ void run_pair_classifier(reid::Model& model, const train::TrainingSet& data,
            name, auc, step.best ? " (best)" : "");
       std::fflush(stdout);
     }
-    if (stop.requested()) throw Stopped();
+    if (processes.any(stop.requested())) throw Stopped();
   };
   try {
-    auto classifier = train::train_pair_classifier(model, data, arguments.trainer, events,
-                                                   arguments.feature_cache);
+    auto classifier =
+        train::train_pair_classifier(model, std::move(data), arguments.trainer, events,
+                                     arguments.feature_cache, processes.group());
     progress.reset();
+    if (!processes.is_first()) return;
     train::save_pair_classifier(arguments.output, model, classifier, arguments.storage);
     note("wrote {}\n", arguments.output);
   } catch (const Stopped&) {
@@ -223,13 +227,7 @@ void run_pair_classifier(reid::Model& model, const train::TrainingSet& data,
   }
 }
 
-void train_embedder(TrainingArguments arguments) {
-  arguments.data.seed = arguments.trainer.seed;
-  if (!arguments.unfreeze.empty()) arguments.trainer.first_trained = arguments.unfreeze;
-  if (arguments.checkpoint.empty()) arguments.checkpoint = arguments.output + ".checkpoint";
-  arguments.trainer.validate();
-  if (arguments.head == "pair-classifier") refuse_options_of_the_metric_head(arguments);
-  // Nobody trains for hours to learn that the result cannot be written.
+void check_files(const TrainingArguments& arguments) {
   std::vector<NamedPath> inputs{{"--trunk", arguments.trunk}, {"--model", arguments.model}};
   for (const auto& teacher : arguments.data.teachers) inputs.push_back({"--teacher", teacher});
   refuse_standard_output({{"--output", arguments.output},
@@ -241,20 +239,30 @@ void train_embedder(TrainingArguments arguments) {
                          {"--log", arguments.log},
                          {"--json", arguments.json},
                          {"--feature-cache", arguments.feature_cache}});
+}
+
+void train_embedder(TrainingArguments arguments, const Processes& processes) {
+  arguments.data.seed = arguments.trainer.seed;
+  if (!arguments.unfreeze.empty()) arguments.trainer.first_trained = arguments.unfreeze;
+  if (arguments.checkpoint.empty()) arguments.checkpoint = arguments.output + ".checkpoint";
+  arguments.trainer.validate();
+  if (arguments.head == "pair-classifier") refuse_options_of_the_metric_head(arguments);
+  // Nobody trains for hours to learn that the result cannot be written.
+  if (processes.is_first()) check_files(arguments);
 
   const StopSignal stop;
   reid::Model model = starting_model(arguments);
   if (arguments.freeze_trunk) arguments.trainer.first_trained = model.network.head().name(0);
-  train::TrainingSet data = train::load_training_set(arguments.data);
+  train::TrainingSet data = train::load_training_set(arguments.data, processes.group());
   nlohmann::ordered_json report;
   report["images"] = data.images.size();
   report["identities"] = data.identities.size();
   report["unreadable"] = data.unreadable.size();
   if (arguments.head == "pair-classifier") {
-    run_pair_classifier(model, data, arguments, stop);
+    run_pair_classifier(model, std::move(data), arguments, stop, processes);
     return;
   }
-  train::Trainer trainer(model, std::move(data), arguments.trainer);
+  train::Trainer trainer(model, std::move(data), arguments.trainer, processes.group());
   describe(trainer.data(), arguments, trainer);
   if (!arguments.resume.empty()) trainer.load_checkpoint(arguments.resume);
 
@@ -265,7 +273,7 @@ void train_embedder(TrainingArguments arguments) {
         [&](std::int64_t done, std::int64_t total) {
           if (!progress) progress = std::make_unique<Progress>("caching", total, "views");
           progress->update(done);
-          if (stop.requested()) throw Stopped();
+          if (processes.any(stop.requested())) throw Stopped();
         },
         arguments.feature_cache);
   } catch (const Stopped&) {
@@ -274,13 +282,14 @@ void train_embedder(TrainingArguments arguments) {
   report["cache_seconds"] = seconds_since(start);
   report["cache_bytes"] = trainer.cache_bytes();
 
-  if (!run(trainer, arguments, stop, report)) {
-    trainer.save_checkpoint(arguments.checkpoint);
+  if (!run(trainer, arguments, stop, processes, report)) {
+    trainer.save_checkpoint(arguments.checkpoint);  // the first's
     say(stdout, "stopped after iteration {}: go on with --resume {}\n", trainer.iteration(),
         arguments.checkpoint);
     return;
   }
   trainer.finish();
+  if (!processes.is_first()) return;
   reid::save_model(arguments.output, model, arguments.storage);
   note("wrote {}\n", arguments.output);
   write_json_file(arguments.json, report);
@@ -292,7 +301,16 @@ void add_train_embedder_command(CLI::App& app) {
   auto* command = app.add_subcommand("train-embedder", "Train the appearance network");
   const auto arguments = std::make_shared<TrainingArguments>();
   add_training_options(*command, *arguments);
-  command->callback([arguments] { train_embedder(*arguments); });
+  command->callback([arguments] {
+    Processes processes;
+    try {
+      train_embedder(*arguments, processes);
+      processes.leave();
+    } catch (const std::exception& error) {
+      processes.fail(error);
+      throw;
+    }
+  });
 }
 
 }  // namespace sdmt::tools

@@ -201,6 +201,7 @@ struct PartSums {
   /// Calls run(part, its first sums, its second sums) for all parts, in parallel.
   template <class Run>
   void compute(const Run& run) {
+    // nothing throws
 #pragma omp parallel for schedule(static) if (parts.size() > 1)
     for (std::size_t i = 0; i < parts.size(); ++i) {
       run(parts[i], &first[i * channels], &second[i * channels]);

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "kernels/scratch.h"
+#include "sdmt/io/first_error.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/outer_products.cpp"
@@ -123,10 +124,12 @@ void add_outer_products(const BatchShards& shards, std::int64_t out, std::int64_
                         const float* dy, const float* x, const std::vector<float*>& targets) {
   const OuterProductsTask task{shards, out, in, dy, x, targets};
   const std::int64_t panel = HWY_DYNAMIC_DISPATCH(OuterProductsPanel)();
+  io::FirstError error;
 #pragma omp parallel for schedule(dynamic, 4)
   for (std::int64_t column = 0; column < in; column += panel) {
-    HWY_DYNAMIC_DISPATCH(OuterProductsOfPanel)(task, column);
+    error.guard([&] { HWY_DYNAMIC_DISPATCH(OuterProductsOfPanel)(task, column); });
   }
+  error.rethrow();
 }
 
 }  // namespace sdmt::nn

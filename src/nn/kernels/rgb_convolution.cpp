@@ -196,8 +196,8 @@ void RgbRows::compute(int image, int top, int rows, float* to) const {
    rows, to);
 }
 
-void rgb_weight_gradient(const Tensor& x, const Tensor& dy, int stride, float* weight_gradient,
-                         float* bias_gradient) {
+void rgb_weight_gradient(const Tensor& x, const Tensor& dy, int stride, bool add,
+                         float* weight_gradient, float* bias_gradient) {
   const Shape shape = dy.shape();
   const std::size_t values = gradient_values(shape.c);
   float* const sums = thread_scratch(ScratchUse::accumulators, values * shape.n);
@@ -213,12 +213,13 @@ void rgb_weight_gradient(const Tensor& x, const Tensor& dy, int stride, float* w
     for (std::size_t i = 0; i < values; ++i) total[i] += from[i];
   }
   for (int o = 0; o < shape.c; ++o) {
-    const auto value = [&](int row) {
+    const auto finish = [&](int row, float& gradient) {
       const int index = row * shape.c + o;
-      return static_cast<float>(total[index]);
+      const auto value = static_cast<float>(total[index]);
+      gradient = add ? gradient + value : value;
     };
-    for (int tap = 0; tap < kTaps; ++tap) weight_gradient[o * kTaps + tap] += value(tap);
-    if (bias_gradient != nullptr) bias_gradient[o] += value(kTaps);
+    for (int tap = 0; tap < kTaps; ++tap) finish(tap, weight_gradient[o * kTaps + tap]);
+    if (bias_gradient != nullptr) finish(kTaps, bias_gradient[o]);
   }
 }
 

@@ -38,9 +38,9 @@ class RgbRows {
   bool relu_;
 };
 
-/// Adds dL/dweight [out,3,3,3] to `weight_gradient` and dL/dbias to `bias_gradient` unless it is
-/// null.
-void rgb_weight_gradient(const Tensor& x, const Tensor& dy, int stride, float* weight_gradient,
-                         float* bias_gradient);
+/// Sets `weight_gradient` to dL/dweight [out,3,3,3] and `bias_gradient`, unless it is null, to
+/// dL/dbias, or adds them, each value by one addition.
+void rgb_weight_gradient(const Tensor& x, const Tensor& dy, int stride, bool add,
+                         float* weight_gradient, float* bias_gradient);
 
 }  // namespace sdmt::nn

@@ -59,9 +59,12 @@ void winograd_convolution(const Tensor& x, const WinogradWeights& weights,
 void winograd_convolution(const RgbRows& x, const WinogradWeights& weights,
                           const ConvolutionEpilogue& epilogue, Tensor& y);
 
-/// Adds dL/dweight [out,3,3,in] to `weight_gradient`, and dL/dbias to `bias_gradient` unless it is
-/// null, for the convolution of x [n,h,w,in] whose result has the gradient dy [n,h,w,out].
-void winograd_weight_gradient(const Tensor& x, const Tensor& dy, float* weight_gradient,
+/// Sets `taps` to dL/dweight as [9,in,out] and `bias_gradient`, unless it is null, to dL/dbias, or
+/// adds them, each value by one addition, for the convolution of x [n,h,w,in] whose result has the
+/// gradient dy [n,h,w,out].
+void winograd_weight_gradient(const Tensor& x, const Tensor& dy, bool add, float* taps,
                               float* bias_gradient);
+/// Adds such taps to the gradient of a weight of that shape, [out,3,3,in].
+void add_winograd_taps(const float* taps, Shape weight, float* weight_gradient);
 
 }  // namespace sdmt::nn

@@ -198,14 +198,14 @@ HWY_INLINE void GatherTaps(const FloatVec (&u)[kWindow], FloatVec (&g)[3]) {
   g[2] = hn::Add(hn::MulAdd(inner, hn::Set(d, 0.5F), hn::Add(outer, outer)), u[5]);
 }
 
-/// Adds the taps of all outputs for input channel i to weight_gradient [out,3,3,in].
-void FinishGradient(const WinogradGradientTask& task, int i, float* weight_gradient) {
+/// Sets taps [9,in,out] of all outputs for input channel i, or adds to them.
+void FinishGradient(const WinogradGradientTask& task, int i, bool add, float* taps) {
   const FloatTag d;
   const GradientLayout layout = LayoutOf(task);
-  const int out = task.dy.shape().c;
+  const std::ptrdiff_t out = task.dy.shape().c;
   const std::ptrdiff_t in = task.x.shape().c;
   const std::ptrdiff_t position = static_cast<std::ptrdiff_t>(layout.in) * layout.out;
-  for (int o = 0; o < out; o += kLanes) {
+  for (std::ptrdiff_t o = 0; o < out; o += kLanes) {
     const float* const sums = task.sums + static_cast<std::ptrdiff_t>(i) * layout.out + o;
     FloatVec half[kWindow][3];
 #pragma GCC unroll 6
@@ -215,7 +215,8 @@ void FinishGradient(const WinogradGradientTask& task, int i, float* weight_gradi
       for (int q = 0; q < kWindow; ++q) u[q] = hn::Load(d, sums + (p * kWindow + q) * position);
       GatherTaps(u, half[p]);
     }
-    alignas(64) float taps[9][kLanes];
+    float* const to = taps + i * out + o;
+    const std::ptrdiff_t count = out - o;
 #pragma GCC unroll 3
     for (int b = 0; b < 3; ++b) {
       const FloatVec u[kWindow] = {half[0][b], half[1][b], half[2][b],
@@ -223,21 +224,21 @@ void FinishGradient(const WinogradGradientTask& task, int i, float* weight_gradi
       FloatVec g[3];
       GatherTaps(u, g);
 #pragma GCC unroll 3
-      for (int a = 0; a < 3; ++a) hn::Store(g[a], d, taps[a * 3 + b]);
-    }
-    const int count = std::min(kLanes, out - o);
-    for (int lane = 0; lane < count; ++lane) {
-      float* const to = weight_gradient + (o + lane) * 9 * in + i;
-      for (int tap = 0; tap < 9; ++tap) to[tap * in] += taps[tap][lane];
+      for (int a = 0; a < 3; ++a) {
+        float* const tap = to + (a * 3 + b) * in * out;
+        StoreSome(add ? hn::Add(LoadSome(tap, count), g[a]) : g[a], tap, count);
+      }
     }
   }
 }
 
-void AddBiasGradient(const WinogradGradientTask& task, float* bias_gradient) {
+void FinishBias(const WinogradGradientTask& task, bool add, float* bias_gradient) {
   const GradientLayout layout = LayoutOf(task);
   const float* const sums =
       task.sums + static_cast<std::ptrdiff_t>(kPositions) * layout.in * layout.out;
-  for (int o = 0; o < task.dy.shape().c; ++o) bias_gradient[o] += sums[o];
+  for (int o = 0; o < task.dy.shape().c; ++o) {
+    bias_gradient[o] = add ? bias_gradient[o] + sums[o] : sums[o];
+  }
 }
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)
@@ -253,14 +254,15 @@ HWY_EXPORT(TransformGradientTiles);
 HWY_EXPORT(MultiplyGradientPosition);
 HWY_EXPORT(SumGradientBlock);
 HWY_EXPORT(FinishGradient);
-HWY_EXPORT(AddBiasGradient);
+HWY_EXPORT(FinishBias);
 
-void winograd_weight_gradient(const Tensor& x, const Tensor& dy, float* weight_gradient,
+void winograd_weight_gradient(const Tensor& x, const Tensor& dy, bool add, float* taps,
                               float* bias_gradient) {
   // A block's transformed tiles stay in the level-3 cache; long sums make the accumulators, which
   // pass through it once a block, cheap.
   constexpr std::int64_t kBlockValues = 3 << 20;
   constexpr std::int64_t kSlotsPerTask = 8;
+  constexpr int kWidestPanel = 32;  // of any instruction set
   const std::int64_t channels = std::int64_t{x.shape().c} + dy.shape().c;
   WinogradGradientTask task{x, dy, WinogradTiles(x.shape(), {.height = 4, .width = 4})};
   const std::int64_t most_slots = std::max<std::int64_t>(64, kBlockValues / (36 * channels));
@@ -272,7 +274,7 @@ void winograd_weight_gradient(const Tensor& x, const Tensor& dy, float* weight_g
   task.d = thread_scratch(ScratchUse::packed_b, floats[1]);
   task.sums = thread_scratch(ScratchUse::accumulators, floats[2]);
   // Channels that only fill up a panel are never transformed, only multiplied.
-  std::fill_n(task.d, floats[1], 0.0F);
+  if (dy.shape().c % kWidestPanel != 0) std::fill_n(task.d, floats[1], 0.0F);
   for (std::int64_t block = 0; block < blocks; ++block) {
     task.first = block * task.tiles.count / blocks;
     task.slots = static_cast<int>((block + 1) * task.tiles.count / blocks - task.first);
@@ -302,9 +304,30 @@ void winograd_weight_gradient(const Tensor& x, const Tensor& dy, float* weight_g
   // nothing throws
 #pragma omp parallel for schedule(static)
   for (int i = 0; i < x.shape().c; ++i) {
-    HWY_DYNAMIC_DISPATCH(FinishGradient)(task, i, weight_gradient);
+    HWY_DYNAMIC_DISPATCH(FinishGradient)(task, i, add, taps);
   }
-  if (bias_gradient != nullptr) HWY_DYNAMIC_DISPATCH(AddBiasGradient)(task, bias_gradient);
+  if (bias_gradient != nullptr) HWY_DYNAMIC_DISPATCH(FinishBias)(task, add, bias_gradient);
+}
+
+void add_winograd_taps(const float* taps, Shape weight, float* weight_gradient) {
+  constexpr int kBlock = 16;
+  const int out = weight.n, in = weight.c;
+  // nothing throws
+#pragma omp parallel for schedule(static)
+  for (int block = 0; block < out; block += kBlock) {
+    const int end = std::min(out, block + kBlock);
+    for (int tap = 0; tap < 9; ++tap) {
+      for (int first = 0; first < in; first += kBlock) {
+        for (int o = block; o < end; ++o) {
+          float* const to = weight_gradient + (std::ptrdiff_t{o} * 9 + tap) * in;
+          const float* const from = taps + std::ptrdiff_t{tap} * in * out + o;
+          for (int i = first; i < std::min(in, first + kBlock); ++i) {
+            to[i] += from[std::ptrdiff_t{i} * out];
+          }
+        }
+      }
+    }
+  }
 }
 
 }  // namespace sdmt::nn

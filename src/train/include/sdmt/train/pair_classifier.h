@@ -47,13 +47,16 @@ class PairClassifier {
   /// 1 - P(same person), 0 to 1, from two rows of features. May be called by several threads.
   float distance(const float* a, const float* b) const;
 
-  // For the training. Blocks are the means of the map's blocks [n, rows, columns, c].
+  // For the training. Of which batches of images and pairs the training passes to come are a part:
+  // see nn::Layer::set_shards(). Must outlive the passes.
+  void set_shards(const nn::BatchShards* images, const nn::BatchShards* pairs);
+  // Blocks are the means of the map's blocks [n, rows, columns, c].
   const nn::Tensor& forward_features(const nn::Tensor& blocks, nn::Mode mode);
-  /// The two scores (different, same) of each pair: [pairs, 1, 1, 2]. `features` must live until
-  /// backward().
+  /// The two scores (different, same) of each pair that is here: [pairs, 1, 1, 2]. `features`, of
+  /// all images of the batch, must live until backward(), `pairs` are all of the batch.
   const nn::Tensor& forward_pairs(const nn::Tensor& features, std::span<const FeaturePair> pairs,
                                   nn::Mode mode);
-  /// Given the derivative by the scores, adds to all gradients; after both forwards in training
+  /// Given the derivative by these scores, adds to all gradients; after both forwards in training
   /// mode.
   void backward(const nn::Tensor& d_scores);
   std::vector<nn::NamedParameter> parameters();
@@ -67,7 +70,9 @@ class PairClassifier {
   nn::Sequential classifier_;  // "fc2", "relu2", "fc3"
   nn::Linear* fc2_ = nullptr;  // in classifier_
   nn::Linear* fc3_ = nullptr;
-  nn::Tensor combined_, d_combined_, d_features_;
+  nn::Tensor combined_, d_combined_, d_combined_here_, d_features_;
+  const nn::BatchShards* image_shards_ = nullptr;
+  const nn::BatchShards* pair_shards_ = nullptr;
   const nn::Tensor* features_ = nullptr;  // of the last forward_pairs()
   std::vector<FeaturePair> pairs_;
 };
@@ -101,11 +106,12 @@ struct PairTrainingEvents {
 /// Trains a classifier on the frozen trunk of `model`, with the batches, views, optimiser and
 /// learning rate of `options` (loss, clip_norm and first_trained do not apply; tie is 8x2).
 /// Returns the weights of the best mean validation AUC, or the last without validation. The same
-/// for any number of threads. `cache_file` is that of Trainer::prepare(): one made for a training
-/// of the head serves here as well.
-PairClassifier train_pair_classifier(reid::Model& model, const TrainingSet& data,
-                                     TrainerOptions options, const PairTrainingEvents& events,
-                                     const std::filesystem::path& cache_file = {});
+/// for any number of threads and processes. `cache_file` is that of Trainer::prepare(): one made
+/// for a training of the head serves here as well.
+PairClassifier train_pair_classifier(reid::Model& model, TrainingSet data, TrainerOptions options,
+                                     const PairTrainingEvents& events,
+                                     const std::filesystem::path& cache_file = {},
+                                     nn::ProcessGroup& group = nn::ProcessGroup::alone());
 
 /// A model file that also holds the classifier.
 void save_pair_classifier(const std::filesystem::path& path, const reid::Model& model,

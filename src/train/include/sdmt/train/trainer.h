@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "sdmt/nn/process_group.h"
 #include "sdmt/reid/model_file.h"
 #include "sdmt/train/batch_hard_loss.h"
 #include "sdmt/train/trainer_options.h"
@@ -37,12 +38,16 @@ struct Validation {
 
 /// Trains an embedding network by batch-hard metric learning (section III-A of the paper).
 /// The same data, options and seed give the same weights on any number of threads, whether the
-/// training was interrupted or not.
+/// training was interrupted or not, and however many processes share it: those of a group make the
+/// same calls in the same order, each computes its shards of every batch, and all have the same
+/// weights.
 class Trainer {
  public:
-  /// `model` gives the start and takes the result; it must outlive the trainer.
-  /// Throws std::invalid_argument as the options do, and for an unknown layer.
-  Trainer(reid::Model& model, TrainingSet data, TrainerOptions options);
+  /// `model` gives the start and takes the result; it and the group must outlive the trainer.
+  /// Throws std::invalid_argument as the options do, for an unknown layer, and when the batch has
+  /// fewer images than nn::kShards for several processes.
+  Trainer(reid::Model& model, TrainingSet data, TrainerOptions options,
+          nn::ProcessGroup& group = nn::ProcessGroup::alone());
   ~Trainer();
   Trainer(const Trainer&) = delete;
   Trainer& operator=(const Trainer&) = delete;
@@ -70,14 +75,17 @@ class Trainer {
   /// True after iterations at which validate() is due.
   bool validation_due() const;
   /// Embeds the validation sets and keeps the weights when their mean AUC is the best so far.
-  /// Nothing to validate on: an empty result, and the last weights count as the best.
+  /// Nothing to validate on: an empty result, and the last weights count as the best. Throws
+  /// std::runtime_error when the weights of two processes of a group differ.
   Validation validate();
 
   /// Writes everything that determines the steps to come, whole or not at all. The file is also a
   /// model file with the present weights (the average is beside them). Throws as io::OutputFile.
+  /// Process 0 of a group writes, the others may leave out the call.
   void save_checkpoint(const std::filesystem::path& path);
-  /// Goes on where a checkpoint was written. Throws std::invalid_argument naming the setting when
-  /// it belongs to another configuration, or the tensor when it is damaged.
+  /// Goes on where a checkpoint was written, by however many processes; process 0 of a group reads.
+  /// Throws std::invalid_argument naming the setting when it belongs to another configuration, or
+  /// the tensor when it is damaged.
   void load_checkpoint(const std::filesystem::path& path);
 
   /// Puts the best weights into the model, FC1 expanded, and describes the training in its

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sdmt/media/image_file.h"
+#include "sdmt/nn/process_group.h"
 #include "sdmt/nn/tensor.h"
 #include "sdmt/reid/market1501.h"
 
@@ -24,13 +25,16 @@ struct Identity {
 struct ValidationSet {
   std::string name;
   std::vector<image::Image> images;
-  std::vector<int> labels;  ///< equal: the same person
+  std::vector<std::filesystem::path> files;  ///< as TrainingSet::files
+  std::vector<int> labels;                   ///< equal: the same person
 };
 
 /// The images that a training sees. Everything is decoded once, by all threads, ahead of the
-/// training, and kept in memory (3 bytes a pixel: 290 MB for Market-1501).
+/// training, and kept in memory (3 bytes a pixel: 290 MB for Market-1501); processes of a group
+/// decode a share each, and others when they need them.
 struct TrainingSet {
-  std::vector<image::Image> images;
+  std::vector<image::Image> images;          ///< 0 x 0 pixels: not decoded yet
+  std::vector<std::filesystem::path> files;  ///< of the images; empty: all are decoded
   std::vector<Identity> identities;
   std::vector<int> unlabelled;       ///< indices into images: those that nobody has named
   nn::Tensor teacher;                ///< a vector for each image [images,1,1,d]; empty: no teacher
@@ -74,7 +78,9 @@ struct TrainingSetOptions {
 /// Throws std::invalid_argument as the readers of the folders do; when fewer than two people
 /// remain, when nobody has two images, when a validation set has no two images of one person or
 /// not two people; when more than 1 % of the images cannot be read or one has fewer than 2x2
-/// pixels; and when the teacher has no vector of an image, or two.
-TrainingSet load_training_set(const TrainingSetOptions& options);
+/// pixels; and when the teacher has no vector of an image, or two. All processes of a group see the
+/// same files, and leave out an image that one of them cannot read.
+TrainingSet load_training_set(const TrainingSetOptions& options,
+                              nn::ProcessGroup& group = nn::ProcessGroup::alone());
 
 }  // namespace sdmt::train
