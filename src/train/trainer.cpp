@@ -131,7 +131,7 @@ struct Trainer::Run {
   }
 
   // Loss of the teacher for the images of a batch; adds to `gradient`.
-  double learn_from_teacher(const nn::Tensor& embeddings, const std::vector<int>& images) {
+  double learn_from_teacher(const std::vector<int>& images) {
     nn::Shape shape = teacher.rows.shape();
     shape.n = static_cast<int>(images.size());
     taught.resize(shape);
@@ -216,7 +216,7 @@ TrainingStep Trainer::step() {
       batch_hard_loss<float>(embeddings.values().first(labelled), batch.labels, batch.images,
                              run.options.loss, run.gradient.values().first(labelled));
   TrainingStep report;
-  if (!run.teacher.rows.empty()) report.teacher_loss = run.learn_from_teacher(embeddings, images);
+  if (!run.teacher.rows.empty()) report.teacher_loss = run.learn_from_teacher(images);
   require_finite_loss(result.loss + report.teacher_loss.value_or(0), run.iteration + 1);
   run.backward();
 

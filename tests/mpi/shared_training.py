@@ -140,7 +140,7 @@ def part_ranks(bench):
     bytes_of(bench, (8, 16))
 
 
-def processes_of(parent):
+def processes_of(parent, name="sdmt"):
     """Those of sdmt under a launcher."""
     found, queue = [], [parent]
     while queue:
@@ -152,7 +152,7 @@ def processes_of(parent):
         for child in map(int, children):
             queue.append(child)
             try:
-                if pathlib.Path(f"/proc/{child}/comm").read_text().strip() == "sdmt":
+                if pathlib.Path(f"/proc/{child}/comm").read_text().strip() == name:
                     found.append(child)
             except OSError:
                 pass

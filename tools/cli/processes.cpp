@@ -125,6 +125,13 @@ bool Processes::any(bool here) const {
                      [](std::byte flag) { return flag != std::byte{}; });
 }
 
+std::int64_t Processes::bytes_sent() const {
+#ifdef SDMT_HAS_MPI
+  if (own_ != nullptr) return dynamic_cast<const mpi::MpiGroup&>(*own_).bytes_sent();
+#endif
+  return 0;
+}
+
 void Processes::leave() {
 #ifdef SDMT_HAS_MPI
   if (own_ != nullptr) dynamic_cast<mpi::MpiGroup&>(*own_).leave();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <exception>
 #include <memory>
 
@@ -28,6 +29,8 @@ class Processes {
   bool is_first() const { return group_->rank() == 0; }
   /// Whether it is true in any of them.
   bool any(bool here) const;
+  /// Bytes that this process has sent to others.
+  std::int64_t bytes_sent() const;
   /// Waits for all, at the end of the work.
   void leave();
   /// Tells the first, which ends all with the message. Does nothing in the first itself.

@@ -136,6 +136,7 @@ bool run(train::Trainer& trainer, const TrainingArguments& arguments, const Stop
   Checkpoints checkpoints(arguments.checkpoint, arguments.checkpoint_every);
   const auto start = Clock::now();
   const auto first = trainer.iteration();
+  const std::int64_t sent_before = processes.bytes_sent();
   double loss = 0;
   {
     Progress progress("training", arguments.trainer.iterations, "iterations");
@@ -169,6 +170,12 @@ bool run(train::Trainer& trainer, const TrainingArguments& arguments, const Stop
     }
   }
   const double seconds = seconds_since(start);
+  if (processes.group().size() > 1) {
+    report["processes"] = processes.group().size();
+    report["bytes_sent_per_iteration"] =
+        static_cast<double>(processes.bytes_sent() - sent_before) /
+        std::max<double>(1, static_cast<double>(trainer.iteration() - first));
+  }
   report["iterations"] = trainer.iteration();
   report["loss"] = loss;
   report["seconds"] = seconds;

@@ -1,0 +1,168 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""How fast processes share a training, and what they send.
+
+  shared_training.py --sdmt build/sdmt before --other OLD/sdmt   one process against another binary
+  shared_training.py --sdmt build/sdmt ranks                     2 processes of 1 thread, 1 of 2
+  shared_training.py --sdmt build/sdmt bytes                     sent by layer, and measured
+  shared_training.py --sdmt build/sdmt network                   delays and rates between processes
+
+Runs are interleaved, the best of --rounds counts. `network` needs root: it makes two name spaces of
+its own, joined by a cable with tc's rate and delay, and starts Open MPI's processes in them.
+"""
+import argparse
+import json
+import math
+import pathlib
+import subprocess
+import tempfile
+
+# What each configuration trains; `frozen` the tied head on cached features, `full` the paper's
+# network with all weights, `tied` the same with FC1 tied, `lite` the small network.
+CONFIGURATIONS = {
+    "frozen": ["--freeze-trunk", "--views", "1"],
+    "full": ["--tie", "none", "--views", "0"],
+    "tied": ["--views", "0"],
+    "lite": ["--architecture", "lite", "--tie", "none", "--views", "0"],
+}
+
+
+class Bench:
+    def __init__(self, arguments, work):
+        self.arguments, self.work = arguments, work
+        subprocess.run([arguments.sdmt, "synth", "reid", "--output", work / "people",
+                        "--identities", "60"], check=True, capture_output=True)
+
+    def step(self, binary, configuration, before=(), threads=1, more=()):
+        """The report of a training: its seconds an iteration are the mean of all."""
+        report = self.work / "report.json"
+        iterations = {"frozen": 200}.get(configuration, self.arguments.iterations)
+        subprocess.run(
+            [str(w) for w in [*before, binary, "train-embedder", "--data", self.work / "people",
+                              "--output", self.work / "model", "--json", report, "--identities",
+                              self.arguments.identities, "--iterations", iterations, "--warmup",
+                              "0", "--threads", threads, *CONFIGURATIONS[configuration], *more]],
+            check=True, capture_output=True)
+        return json.loads(report.read_text())
+
+    def best(self, runs):
+        """Seconds an iteration of each of `runs`, called in turn."""
+        best = [1e9] * len(runs)
+        for _ in range(self.arguments.rounds):
+            for i, run in enumerate(runs):
+                best[i] = min(best[i], run()["seconds_per_iteration"])
+        return best
+
+    def mpirun(self, size, *more):
+        return [self.arguments.mpirun, "--allow-run-as-root", "--oversubscribe", *more, "-n", size]
+
+
+def before(bench):
+    for name in bench.arguments.configurations:
+        old, new = bench.best([lambda b=b: bench.step(b, name)
+                               for b in (bench.arguments.other, bench.arguments.sdmt)])
+        print(f"{name}: {old * 1e3:.1f} ms before, {new * 1e3:.1f} ms now: "
+              f"{old / new:.3f} of the speed", flush=True)
+
+
+def ranks(bench):
+    for name in bench.arguments.configurations:
+        one, two = bench.best([lambda: bench.step(bench.arguments.sdmt, name, threads=2),
+                               lambda: bench.step(bench.arguments.sdmt, name, bench.mpirun(2))])
+        print(f"{name}: one process of two threads {one * 1e3:.1f} ms, two of one {two * 1e3:.1f} "
+              f"ms: {one / two:.3f} of the speed", flush=True)
+
+
+def layers(bench):
+    """Trained values by layer, from the tensors of the last checkpoint."""
+    data = (bench.work / "model.checkpoint").read_bytes()
+    header = json.loads(data[8:8 + int.from_bytes(data[:8], "little")])
+    sizes = {}
+    for name, entry in header.items():
+        if not name.startswith("training.state.") or "running_" in name:
+            continue
+        layer = name.removeprefix("training.state.").rsplit(".", 1)[0]
+        sizes[layer] = sizes.get(layer, 0) + math.prod(entry["shape"])
+    return sizes
+
+
+def sent(bench):
+    for name in bench.arguments.configurations:
+        for size in (2, 4):
+            report = bench.step(bench.arguments.sdmt, name, bench.mpirun(size),
+                                more=["--checkpoint-every", 1])
+            print(f"{name}, {size} processes: process 0 sends "
+                  f"{report['bytes_sent_per_iteration'] / 1e6:.3f} MB an iteration", flush=True)
+        for layer, values in layers(bench).items():
+            print(f"  {layer}: {values} values, {values * 4 / 1e6:.3f} MB", flush=True)
+
+
+# Runs a command of Open MPI's in the other name space, where it would use ssh.
+AGENT = """#!/bin/sh
+while [ "${1#-}" != "$1" ]; do shift; done
+shift
+exec ip netns exec sdmt-bench-1 sh -c "$*"
+"""
+
+
+def network(bench):
+    spaces = ["sdmt-bench-0", "sdmt-bench-1"]
+
+    def ip(*words):
+        subprocess.run(["ip", *words], check=True)
+
+    agent = bench.work / "agent"
+    agent.write_text(AGENT)
+    agent.chmod(0o755)
+    made = []
+    try:
+        for space in spaces:
+            ip("netns", "add", space)
+            made.append(space)
+        ip("link", "add", "cable0", "netns", spaces[0], "type", "veth", "peer", "name", "cable1",
+           "netns", spaces[1])
+        for i, space in enumerate(spaces):
+            ip("-n", space, "addr", "add", f"10.199.77.{i + 1}/24", "dev", f"cable{i}")
+            ip("-n", space, "link", "set", f"cable{i}", "up")
+            ip("-n", space, "link", "set", "lo", "up")
+        inside = ["ip", "netns", "exec", spaces[0]]
+        launcher = [*inside, *bench.mpirun(2, "--host", "10.199.77.1:1,10.199.77.2:1", "--mca",
+                                           "plm_rsh_agent", agent, "--mca", "btl", "tcp,self",
+                                           "--mca", "btl_tcp_if_include", "10.199.77.0/24", "--mca",
+                                           "oob_tcp_if_include", "10.199.77.0/24")]
+        for rate, delay in (("10gbit", "50us"), ("1gbit", "100us"), ("100mbit", "500us")):
+            for i, space in enumerate(spaces):
+                subprocess.run(["ip", "netns", "exec", space, "tc", "qdisc", "replace", "dev",
+                                f"cable{i}", "root", "netem", "rate", rate, "delay", delay],
+                               check=True)
+            for name in bench.arguments.configurations:
+                one, two = bench.best(
+                    [lambda: bench.step(bench.arguments.sdmt, name),
+                     lambda: bench.step(bench.arguments.sdmt, name, launcher)])
+                print(f"{name}, {rate}, {delay}: {one * 1e3:.1f} ms alone, {two * 1e3:.1f} ms "
+                      f"shared by two", flush=True)
+    finally:
+        for space in made:
+            ip("netns", "del", space)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("part", choices=["before", "ranks", "bytes", "network"])
+    parser.add_argument("--sdmt", type=pathlib.Path, default=pathlib.Path("build/sdmt"))
+    parser.add_argument("--other", type=pathlib.Path)
+    parser.add_argument("--mpirun", default="mpirun")
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--iterations", type=int, default=4)
+    parser.add_argument("--identities", type=int, default=32)
+    parser.add_argument("--configurations", nargs="+", default=list(CONFIGURATIONS))
+    arguments = parser.parse_args()
+    arguments.sdmt = arguments.sdmt.resolve()
+    with tempfile.TemporaryDirectory(prefix="sdmt-bench-") as folder:
+        bench = Bench(arguments, pathlib.Path(folder))
+        {"before": before, "ranks": ranks, "bytes": sent, "network": network}[arguments.part](bench)
+
+
+if __name__ == "__main__":
+    main()
