@@ -30,7 +30,9 @@ void compute_block(TrainedNetwork& network, const FeatureCache::Source& source, 
   const auto count = static_cast<std::ptrdiff_t>(features.size());
   // nothing throws
 #pragma omp parallel for schedule(static)
-  for (std::ptrdiff_t i = 0; i < count; ++i) out[i] = io::float_to_half(features.data()[i]);
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    out[i] = io::float_to_half(features.data()[i]);
+  }
 }
 
 // All views of all images, view after view, handed to the sink in pieces.

