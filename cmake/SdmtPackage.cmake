@@ -75,7 +75,7 @@ sdmt_deb(libsdmt0 SECTION libs SUMMARY "online pedestrian tracking, C interface"
 sdmt_deb(libsdmt-dev SECTION libdevel SUMMARY "online pedestrian tracking, development files"
   TEXT "Header and link of the C interface, and the static C++ libraries of sdmt with\ntheir headers, CMake and pkg-config files and examples."
   DEPENDS "libsdmt0 (= ${version})"
-  SUGGESTS "libhwy-dev, libopencv-dev, libfmt-dev, g++, cmake")
+  SUGGESTS "libhwy-dev, libopencv-dev, libavformat-dev, libswscale-dev, libfmt-dev, g++, cmake")
 if(TARGET _sdmt)
   math(EXPR next "${Python_VERSION_MINOR} + 1")
   set(python ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR})

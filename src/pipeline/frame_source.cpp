@@ -75,14 +75,16 @@ std::unique_ptr<FrameSource> open_frame_source(const std::string& input) {
   return open_video_file(input);
 }
 
+bool is_live(const std::string& input) {
+  return input.starts_with("camera:") || input.find("://") != std::string::npos;
+}
+
 PictureSize picture_size(const std::string& input) {
   if (mot::Sequence::is_sequence(input)) {
     const auto sequence = mot::Sequence::read(input);
     if (sequence.width > 0 && sequence.height > 0) return {sequence.width, sequence.height};
   }
-  if (input == "-" || input.starts_with("camera:") || input.find("://") != std::string::npos) {
-    return {};
-  }
+  if (input == "-" || is_live(input)) return {};
   const auto source = open_frame_source(input);
   if (!source->has_images()) return {};
   for (Frame frame; source->next(frame, true);) {

@@ -107,6 +107,7 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
     throw std::invalid_argument(
         fmt::format("none of the {} frames could be read: {}", read, unreadable.first_problem()));
   }
+  report.live = frames.live();
   report.stats = tracker.stats();
   report.total_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

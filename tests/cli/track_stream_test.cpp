@@ -119,8 +119,8 @@ TEST_F(TrackStream, AStreamThatBreaksOffIsAFailureThatKeepsWhatCame) {
   std::string rows;
   for (int i = 1; i <= kFrames; ++i) rows += std::to_string(i) + ",-1,10,10,40,90,0.9\n";
   write_file(folder_ / "det.txt", rows);
-  const auto result =
-      track(server.url("http"), {"--no-appearance", "--detections", folder_ / "det.txt"});
+  const auto result = track(server.url("http"), {"--no-appearance", "--no-reconnect",
+                                                 "--detections", folder_ / "det.txt"});
   camera.join();
   EXPECT_EQ(result.exit_code, 1) << result.err;
   EXPECT_THAT(result.err, HasSubstr("gives no more frames; the "));

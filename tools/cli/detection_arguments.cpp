@@ -42,9 +42,9 @@ std::unique_ptr<pipeline::DetectionSource> DetectionArguments::sparse(
   constexpr int kMost = 100;
   int interval = 1;
   if (every == "auto") {
-    const bool live = input.starts_with("camera:") || input.find("://") != std::string::npos;
     constexpr double kUsualRate = 30;  // of what cannot be opened twice
-    const double rate = live ? kUsualRate : pipeline::open_frame_source(input)->frame_rate();
+    const double rate =
+        pipeline::is_live(input) ? kUsualRate : pipeline::open_frame_source(input)->frame_rate();
     interval = std::clamp(static_cast<int>(std::lround(rate / kLooksASecond)), 1, kMost);
   } else {
     const auto number = io::parse_number<int>(every);

@@ -17,6 +17,10 @@ struct DetectionArguments {
   mot::DetectionReading reading;
   std::string every;  ///< frames between two looks of the detector, or "auto"; empty: all frames
 
+  /// Whether boxes are found in the frames, rather than brought along for numbered ones.
+  bool look_at_frames() const {
+    return !detector.empty() || detections.empty() || detections == "hog";
+  }
   /// For the frames of `input`. Throws std::invalid_argument when both are given, and as
   /// pipeline::open_detector() and pipeline::open_detection_source().
   std::unique_ptr<pipeline::DetectionSource> open(const std::string& input) const;

@@ -12,6 +12,7 @@
 #include "cli/command.h"
 #include "cli/console.h"
 #include "cli/detection_arguments.h"
+#include "cli/live_arguments.h"
 #include "cli/output_paths.h"
 #include "cli/progress.h"
 #include "cli/stop_signal.h"
@@ -46,6 +47,7 @@ struct TrackCommand {
   int state_every = 100;
   bool stats = false;
   DetectionArguments detections;
+  LiveArguments live;
   TrackerArguments tracker;
 
   void run() const;
@@ -218,7 +220,7 @@ void TrackCommand::report(const pipeline::RunReport& report) const {
 void TrackCommand::run() const {
   check_wanted();
   // Open: until here a signal ends the process at once, whatever an input waits for.
-  const auto frames = pipeline::open_frame_source(input);
+  const auto frames = live.open(input, detections.look_at_frames(), warn);
   const auto boxes = detections.open(input);
   const StopSignal stop;
 
@@ -250,7 +252,7 @@ void TrackCommand::run() const {
     pipeline::RunObservers observers;
     observers.read = [&](const pipeline::Frame& frame) {
       outputs.read(frame);
-      progress.update(frame.number);
+      progress.update(frame.number, live_note(*frames));
     };
     observers.finished = [&](const track::FinishedFrame& frame) { outputs.write(frame); };
     observers.warning = warn;
@@ -289,6 +291,7 @@ void add_track_command(CLI::App& app) {
                   "Tracks as MOTChallenge result rows; - for standard output")
       ->type_name("FILE");
   add_detection_arguments(*sub, command->detections);
+  add_live_arguments(*sub, command->live);
   sub->add_option("--jsonl", command->jsonl, "Finished frames as JSON lines; - for standard output")
       ->type_name("FILE");
   sub->add_option("--render", command->render,

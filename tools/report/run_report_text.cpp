@@ -14,27 +14,34 @@ std::string run_report_json(const pipeline::RunReport& report) {
   const auto per_frame = [&](double seconds) {
     return stats.frames > 0 ? 1000 * seconds / static_cast<double>(stats.frames) : 0.0;
   };
-  const nlohmann::ordered_json json{{"frames", stats.frames},
-                                    {"detections", stats.detections},
-                                    {"tracks", stats.tracks},
-                                    {"hz", report.hz()},
-                                    {"hz_without_embedding", report.hz_without_embedding()},
-                                    {"stage_ms",
-                                     {{"detect", per_frame(report.detect_seconds)},
-                                      {"embed", per_frame(stats.embed_seconds)},
-                                      {"predict", per_frame(stats.predict_seconds)},
-                                      {"assign", per_frame(stats.assign_seconds)},
-                                      {"boost", per_frame(stats.boost_seconds)},
-                                      {"associate", per_frame(stats.associate_seconds)},
-                                      {"emit", per_frame(stats.emit_seconds)}}},
-                                    {"embedded", stats.embedded},
-                                    {"peak_rss_mib", peak_rss_mib()},
-                                    {"unreadable_frames", report.unreadable},
-                                    {"suppressed", stats.suppressed},
-                                    {"without_embedding", stats.without_embedding},
-                                    {"tracklets", stats.tracklets},
-                                    {"boosted", stats.boosted},
-                                    {"merges", stats.merges}};
+  nlohmann::ordered_json json{{"frames", stats.frames},
+                              {"detections", stats.detections},
+                              {"tracks", stats.tracks},
+                              {"hz", report.hz()},
+                              {"hz_without_embedding", report.hz_without_embedding()},
+                              {"stage_ms",
+                               {{"detect", per_frame(report.detect_seconds)},
+                                {"embed", per_frame(stats.embed_seconds)},
+                                {"predict", per_frame(stats.predict_seconds)},
+                                {"assign", per_frame(stats.assign_seconds)},
+                                {"boost", per_frame(stats.boost_seconds)},
+                                {"associate", per_frame(stats.associate_seconds)},
+                                {"emit", per_frame(stats.emit_seconds)}}},
+                              {"embedded", stats.embedded},
+                              {"peak_rss_mib", peak_rss_mib()},
+                              {"unreadable_frames", report.unreadable},
+                              {"suppressed", stats.suppressed},
+                              {"without_embedding", stats.without_embedding},
+                              {"tracklets", stats.tracklets},
+                              {"boosted", stats.boosted},
+                              {"merges", stats.merges}};
+  if (report.live) {
+    json["live"] = {{"received", report.live->received},
+                    {"dropped", report.live->dropped},
+                    {"garbled", report.live->garbled},
+                    {"losses", report.live->losses},
+                    {"longest_lag", report.live->longest_lag}};
+  }
   return json.dump(2) + "\n";
 }
 
@@ -68,6 +75,14 @@ std::string run_summary(const pipeline::RunReport& report) {
   }
   text += fmt::format(", {:.1f} s in all\n", report.total_seconds);
   if (report.unreadable > 0) text += fmt::format("{} frames were unreadable\n", report.unreadable);
+  if (report.live) {
+    text += fmt::format(
+        "{} frames came, {} of them were dropped for newer ones; {} garbled, lost {} times, {:.2f} "
+        "s "
+        "behind at most\n",
+        report.live->received, report.live->dropped, report.live->garbled, report.live->losses,
+        report.live->longest_lag);
+  }
   return text + why_no_tracks(stats);
 }
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,8 +19,23 @@ struct Frame {
   image::Image image;   ///< upright, as a player shows it
   std::string problem;  ///< why there is no image, naming file or frame; empty when it just is not
                         ///< there to be read
+  /// Seconds from the first frame, as the input tells or as frames come; nothing where it is not
+  /// known. Never falls.
+  std::optional<double> time = std::nullopt;
+  /// When it came from a camera or stream.
+  std::optional<std::chrono::system_clock::time_point> wall_clock = std::nullopt;
 
   bool has_image() const { return !image.bgr.empty(); }
+};
+
+/// What became of the frames of a camera or stream.
+struct LiveCounts {
+  std::int64_t received = 0;
+  std::int64_t dropped = 0;  ///< of them, because a newer one was there before anybody took it
+  std::int64_t garbled = 0;  ///< that came beside them and could not be decoded
+  std::int64_t losses = 0;   ///< times that it was lost
+  double lag = 0;            ///< seconds from its coming until the last frame was done with
+  double longest_lag = 0;
 };
 
 /// What every input offers: its frames, one after the other.
@@ -39,6 +57,12 @@ class FrameSource {
   virtual bool endless() const { return false; }
   /// Whether the input can be opened again to see the same frames.
   virtual bool repeatable() const { return true; }
+  /// Frames that came but could not be decoded, and that next() has passed over.
+  virtual std::int64_t garbled() const { return 0; }
+  /// After next() has returned false: why there are no more frames, as part of a message.
+  virtual std::string why_it_ended() const { return "it gives no more frames"; }
+  /// Nothing but for LiveSource.
+  virtual std::optional<LiveCounts> live() const { return std::nullopt; }
   /// What whoever gave the input should know: how images are numbered when it is not from 1, what
   /// of a folder is passed over and why. One line each.
   virtual std::vector<std::string> notes() const { return {}; }
@@ -54,6 +78,9 @@ class FrameSource {
 /// std::invalid_argument when there is no such input, it holds no frames or is no video,
 /// std::runtime_error when a camera or stream does not answer.
 std::unique_ptr<FrameSource> open_frame_source(const std::string& input);
+
+/// Whether `input` names a camera or a URL.
+bool is_live(const std::string& input);
 
 /// Width and height of an input's images, pixels: what seqinfo.ini states, else those of the first
 /// image that can be read; 0 and 0 where there is none, or the input cannot be opened a second

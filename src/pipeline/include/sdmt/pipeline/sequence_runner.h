@@ -3,6 +3,7 @@
 
 #include <exception>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "sdmt/pipeline/detection_source.h"
@@ -24,8 +25,9 @@ struct RunReport {
   std::exception_ptr failure;
   /// Boxes that came live ended, and frames without an end with them.
   bool boxes_ended = false;
-  double detect_seconds = 0;  ///< in the source of detections
-  double total_seconds = 0;   ///< of wall time, everything included
+  std::optional<LiveCounts> live;  ///< of a camera or stream
+  double detect_seconds = 0;       ///< in the source of detections
+  double total_seconds = 0;        ///< of wall time, everything included
 
   /// Seconds inside the tracker.
   double tracker_seconds() const;

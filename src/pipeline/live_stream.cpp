@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "live_stream.h"
+
+#include <fmt/core.h>
+
+#include <array>
+#include <chrono>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libswscale/swscale.h>
+}
+
+#include "frame_rates.h"
+
+namespace sdmt::pipeline {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::string error_text(int error) {
+  std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
+  av_strerror(error, text.data(), text.size());
+  return text.data();
+}
+
+class LiveStream : public FrameSource {
+ public:
+  LiveStream(const std::string& url, double timeout, std::function<bool()> stopped)
+      : name_(display_name(url)), timeout_(timeout), stopped_(std::move(stopped)) {
+    try {
+      open(url);
+    } catch (...) {
+      close();
+      throw;
+    }
+  }
+  ~LiveStream() override { close(); }
+  LiveStream(const LiveStream&) = delete;
+  LiveStream& operator=(const LiveStream&) = delete;
+
+  bool next(Frame& frame, bool decode) override {
+    waits_since_ = Clock::now();
+    int result = 0;
+    while ((result = avcodec_receive_frame(decoder_, picture_)) != 0 || is_garbled()) {
+      if (result == AVERROR_EOF) return false;
+      if (result != AVERROR(EAGAIN)) ++garbled_;
+      if (result == AVERROR(EAGAIN) && !feed()) return false;
+    }
+    frame.number = ++number_;
+    frame.problem.clear();
+    frame.image = {};
+    if (decode) convert(frame.image);
+    return true;
+  }
+  int frame_count() const override { return 0; }
+  double frame_rate() const override {
+    // Motion JPEG over HTTP knows no times.
+    if (format_->iformat->name == std::string_view("mpjpeg")) return 0;
+    const double rate = av_q2d(stream().avg_frame_rate);
+    return rate >= kLowestFrameRate && rate <= kHighestFrameRate ? rate : 0;
+  }
+  bool endless() const override {
+    return stream().nb_frames == 0 && format_->duration == AV_NOPTS_VALUE;
+  }
+  bool repeatable() const override { return false; }
+  std::int64_t garbled() const override { return garbled_; }
+  std::string why_it_ended() const override { return why_; }
+
+ private:
+  const AVStream& stream() const { return *format_->streams[video_]; }
+  bool late() const {
+    return std::chrono::duration<double>(Clock::now() - waits_since_).count() > timeout_;
+  }
+  static int interrupts(void* self) {
+    const auto& live = *static_cast<const LiveStream*>(self);
+    return live.stopped_() || live.late() ? 1 : 0;
+  }
+
+  void open(const std::string& url) {
+    waits_since_ = Clock::now();
+    packet_ = av_packet_alloc();
+    picture_ = av_frame_alloc();
+    format_ = avformat_alloc_context();
+    if (packet_ == nullptr || picture_ == nullptr || format_ == nullptr) throw std::bad_alloc();
+    format_->interrupt_callback = {interrupts, this};
+    format_->max_analyze_duration = AV_TIME_BASE;  // a second, of a camera's frames
+    format_->fps_probe_size = 0;
+    AVDictionary* settings = nullptr;
+    av_dict_set(&settings, "rtsp_transport", "tcp", 0);
+    int result = avformat_open_input(&format_, url.c_str(), nullptr, &settings);
+    av_dict_free(&settings);
+    if (result == 0) result = avformat_find_stream_info(format_, nullptr);
+    if (result < 0) fail("cannot be opened", result);
+    const AVCodec* codec = nullptr;
+    video_ = av_find_best_stream(format_, AVMEDIA_TYPE_VIDEO, -1, -1, &codec, 0);
+    if (video_ < 0) fail("holds no video that can be decoded", video_);
+    decoder_ = avcodec_alloc_context3(codec);
+    if (decoder_ == nullptr) throw std::bad_alloc();
+    avcodec_parameters_to_context(decoder_, stream().codecpar);
+    decoder_->flags |= AV_CODEC_FLAG_LOW_DELAY;
+    // Otherwise half a picture passes for a whole one.
+    if (codec->id == AV_CODEC_ID_MJPEG) decoder_->err_recognition = AV_EF_EXPLODE;
+    if (result = avcodec_open2(decoder_, codec, nullptr); result < 0) {
+      fail("cannot be decoded", result);
+    }
+  }
+
+  void close() {
+    sws_freeContext(scaler_);
+    avcodec_free_context(&decoder_);
+    avformat_close_input(&format_);
+    av_frame_free(&picture_);
+    av_packet_free(&packet_);
+  }
+
+  [[noreturn]] void fail(const char* what, int error) const {
+    throw std::runtime_error(
+        fmt::format("{}: {}: {}", name_, what,
+                    late() ? fmt::format("no answer within {:g} s", timeout_) : error_text(error)));
+  }
+
+  // Gives the decoder the next piece of the video; false at the end.
+  bool feed() {
+    do {
+      av_packet_unref(packet_);
+      const int result = av_read_frame(format_, packet_);
+      if (result < 0 || late()) {
+        why_ = late() ? fmt::format("no frame for {:g} s", timeout_)
+               // FFmpeg's word for a connection that has gone.
+               : result == AVERROR_EOF || result == AVERROR(EIO) ? "the sender has ended it"
+                                                                 : error_text(result);
+        return false;
+      }
+    } while (packet_->stream_index != video_);
+    if (avcodec_send_packet(decoder_, packet_) < 0) ++garbled_;
+    return true;
+  }
+
+  // Whether the frame that was received shows what never came.
+  bool is_garbled() {
+    if (picture_->decode_error_flags == 0 && (picture_->flags & AV_FRAME_FLAG_CORRUPT) == 0) {
+      return false;
+    }
+    ++garbled_;
+    return true;
+  }
+
+  void convert(image::Image& image) {
+    const int width = picture_->width, height = picture_->height;
+    scaler_ = sws_getCachedContext(scaler_, width, height,
+                                   static_cast<AVPixelFormat>(picture_->format), width, height,
+                                   AV_PIX_FMT_BGR24, SWS_BICUBIC, nullptr, nullptr, nullptr);
+    if (scaler_ == nullptr) throw std::runtime_error("its pixels are of an unknown format");
+    image = image::Image(width, height);
+    std::array<std::uint8_t*, 4> planes{image.bgr.data()};
+    const std::array<int, 4> strides{3 * width};
+    sws_scale(scaler_, picture_->data, picture_->linesize, 0, height, planes.data(),
+              strides.data());
+  }
+
+  std::string name_;
+  double timeout_;
+  std::function<bool()> stopped_;
+  AVFormatContext* format_ = nullptr;
+  AVCodecContext* decoder_ = nullptr;
+  AVPacket* packet_ = nullptr;
+  AVFrame* picture_ = nullptr;
+  SwsContext* scaler_ = nullptr;
+  int video_ = -1;
+  int number_ = 0;
+  std::int64_t garbled_ = 0;
+  std::string why_ = "it gives no more frames";
+  Clock::time_point waits_since_;
+};
+
+}  // namespace
+
+std::unique_ptr<FrameSource> open_live_stream(const std::string& url, double timeout,
+                                              std::function<bool()> stopped) {
+  return std::make_unique<LiveStream>(url, timeout, std::move(stopped));
+}
+
+}  // namespace sdmt::pipeline

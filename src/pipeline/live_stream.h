@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "sdmt/pipeline/frame_source.h"
+
+namespace sdmt::pipeline {
+
+/// A stream read by FFmpeg itself, which can be told to stop while a server is silent, and says
+/// which frames came garbled. next() gives up `timeout` seconds after the frame before, and as soon
+/// as `stopped` says so. Throws std::runtime_error when the stream does not answer or holds no
+/// video.
+std::unique_ptr<FrameSource> open_live_stream(const std::string& url, double timeout,
+                                              std::function<bool()> stopped);
+
+}  // namespace sdmt::pipeline
