@@ -72,7 +72,8 @@ class PythonTracker {
   }
 
   std::vector<FramePointer> update(const py::object& boxes, const py::object& scores,
-                                   const py::object& image, const py::object& embeddings) {
+                                   const py::object& image, std::optional<double> time,
+                                   const py::object& embeddings) {
     const auto detections = to_detections(boxes, scores);
     std::vector<float> vectors;
     if (!embeddings.is_none() || (given_ != nullptr && !detections.empty())) {
@@ -88,13 +89,39 @@ class PythonTracker {
     const py::gil_scoped_release free;
     const std::scoped_lock lock(mutex_);
     if (given_ != nullptr) given_->set(detections, vectors);
-    return copies(tracker_->update(detections, view ? &*view : nullptr));
+    return copies(tracker_->update(detections, {.image = view ? &*view : nullptr, .time = time}));
+  }
+
+  std::vector<FramePointer> skip(const py::object& image, std::optional<double> time) {
+    py::object owner;
+    std::optional<image::ImageView> view;
+    if (!image.is_none()) view = to_image(image, order_, owner);
+    const py::gil_scoped_release free;
+    const std::scoped_lock lock(mutex_);
+    return copies(tracker_->skip({.image = view ? &*view : nullptr, .time = time}));
   }
 
   std::vector<FramePointer> finish() {
     const py::gil_scoped_release free;
     const std::scoped_lock lock(mutex_);
     return copies(tracker_->finish());
+  }
+
+  py::bytes save() {
+    std::vector<std::byte> snapshot;
+    {
+      const py::gil_scoped_release free;
+      const std::scoped_lock lock(mutex_);
+      snapshot = tracker_->save();
+    }
+    return {reinterpret_cast<const char*>(snapshot.data()), snapshot.size()};
+  }
+
+  void restore(const py::bytes& snapshot) {
+    const std::string bytes = snapshot;
+    const py::gil_scoped_release free;
+    const std::scoped_lock lock(mutex_);
+    tracker_->restore(std::as_bytes(std::span(bytes)));
   }
 
   track::TrackerStats stats() {
@@ -292,7 +319,7 @@ void add_tracker(py::module_& module) {
   py::class_<PythonTracker>(module, "_Tracker")
       .def(py::init<const PythonModel*, bool, const std::string&, const OptionTexts&>())
       .def("update", &PythonTracker::update, "boxes"_a, "scores"_a = py::none(),
-           "image"_a = py::none(), "embeddings"_a = py::none(),
+           "image"_a = py::none(), "time"_a = py::none(), "embeddings"_a = py::none(),
            R"(Takes the next frame and returns the frames finished by it, in order.
 
 Call it for every frame, also for those without boxes or without an image.
@@ -304,12 +331,24 @@ scores: (n,) of the detector: probabilities, unless the option calibration maps 
 image: uint8 (height, width, 3) in the tracker's channel order. It is looked at where it lies,
     during the call, and not copied, also when it is cut out of a larger one or its channels are
     turned round. None: the frame is tracked by motion.
+time: seconds on any clock, which must rise. With the option frame_rate frames may come irregularly
+    or not at all: those that never came are no misses. None: the frame is one after the last.
 embeddings: (n, d) numbers, a vector for each box of a tracker made with embeddings=True; scaled
     to length 1.
 
 Raises ValueError for a box that is not finite, has no extent or lies beyond 1e12 pixels, a score
-that is not finite, and shapes that do not fit; the tracker is then as if the call had not been
+that is not finite, a time that does not rise, and shapes that do not fit; the tracker is then as if the call had not been
 made. RuntimeError after finish().)")
+      .def("skip", &PythonTracker::skip, "image"_a = py::none(), "time"_a = py::none(),
+           "The next frame, at which no detector looked: people move on as predicted and nobody "
+           "misses a detection. Returns and raises as update().")
+      .def("save", &PythonTracker::save,
+           "Everything that the tracker knows, as bytes: a tracker made alike that restores them "
+           "goes on with the same output, in another process or on another machine. RuntimeError "
+           "after finish().")
+      .def("restore", &PythonTracker::restore, "snapshot"_a,
+           "Goes on where save() was called. Raises ValueError for bytes that save() did not make, "
+           "other options or another appearance; the tracker is then as it was.")
       .def("finish", &PythonTracker::finish,
            "The end of the input: returns all frames still held back. No update may follow.")
       .def(

@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
   if (tracker == NULL) return fail(error);
 
   for (int frame = 1; frame <= sdmt_detections_last_frame(boxes); ++frame) {
-    sdmt_input input = {sizeof input, NULL, 0, NULL, NULL, 0};
+    sdmt_input input = {sizeof input, NULL, 0, NULL, NULL, 0, NULL};
     input.detections = sdmt_detections_frame(boxes, frame, &input.count);
     if (sdmt_tracker_update(tracker, &input, error) != SDMT_OK) return fail(error);
     print(tracker);

@@ -103,14 +103,15 @@ class Tracker(_sdmt._Tracker):
     def __init__(self, model=None, *, embeddings=False, order="bgr", config=None, **options):
         super().__init__(_model(model), embeddings, order, {**_config(config), **_texts(options)})
 
-    def update_xyxy(self, xyxy, confidence=None, class_id=None, image=None, *, embeddings=None,
-                    classes=(0,)):
+    def update_xyxy(self, xyxy, confidence=None, class_id=None, image=None, *, time=None,
+                    embeddings=None, classes=(0,)):
         """update() for boxes as detectors and `supervision` have them.
 
         xyxy: (n, 4) left, top, right, bottom; the first pixel begins at 0.
         confidence: (n,) probabilities, or None.
         class_id: (n,) whole numbers, or None; boxes of other classes than `classes` are left out.
             The default is COCO's 0, people.
+        image, time, embeddings: as update()'s.
 
             tracker.update_xyxy(found.xyxy, found.confidence, found.class_id, image)
 
@@ -127,7 +128,7 @@ class Tracker(_sdmt._Tracker):
             boxes = boxes[wanted]
             confidence = None if confidence is None else np.asarray(confidence)[wanted]
             embeddings = None if embeddings is None else np.asarray(embeddings)[wanted]
-        return self.update(boxes, confidence, image, embeddings)
+        return self.update(boxes, confidence, image, time, embeddings)
 
 
 class Embedder(_sdmt._Embedder):

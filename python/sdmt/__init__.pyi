@@ -56,8 +56,14 @@ class Tracker:
         boxes: ArrayLike,
         scores: ArrayLike | None = None,
         image: NDArray[np.uint8] | None = None,
+        time: float | None = None,
         embeddings: ArrayLike | None = None,
     ) -> list[FinishedFrame]: ...
+    def skip(
+        self, image: NDArray[np.uint8] | None = None, time: float | None = None
+    ) -> list[FinishedFrame]: ...
+    def save(self) -> bytes: ...
+    def restore(self, snapshot: bytes) -> None: ...
     def update_xyxy(
         self,
         xyxy: ArrayLike,
@@ -65,6 +71,7 @@ class Tracker:
         class_id: ArrayLike | None = None,
         image: NDArray[np.uint8] | None = None,
         *,
+        time: float | None = None,
         embeddings: ArrayLike | None = None,
         classes: Sequence[int] = (0,),
     ) -> list[FinishedFrame]: ...

@@ -2,8 +2,10 @@
 #include "sdmt/track/tracker.h"
 
 #include <algorithm>
+#include <cstring>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -91,7 +93,9 @@ void sdmt_tracker::take(const sdmt_input& input) {
     static constexpr std::uint8_t kPixel[3] = {};
     view = image::ImageView{kPixel, 1, 1, 3, image::ChannelOrder::bgr};  // it is not looked at
   }
-  keep(tracker.update(detections, view ? &*view : nullptr));
+  track::FrameContext frame{.image = view ? &*view : nullptr};
+  if (input.time != nullptr) frame.time = *input.time;
+  keep(tracker.update(detections, frame));
 }
 
 void sdmt_tracker::keep(const std::vector<track::FinishedFrame>& finished) {
@@ -140,6 +144,34 @@ void sdmt_tracker_free(sdmt_tracker* tracker) { delete tracker; }
 
 sdmt_status sdmt_tracker_update(sdmt_tracker* tracker, const sdmt_input* input, sdmt_error* error) {
   return c::guarded(error, [&] { c::given(tracker, "tracker").take(c::given(input, "input")); });
+}
+sdmt_status sdmt_tracker_skip(sdmt_tracker* tracker, const double* time, sdmt_error* error) {
+  return c::guarded(error, [&] {
+    c::given(tracker, "tracker");
+    track::FrameContext frame;
+    if (time != nullptr) frame.time = *time;
+    tracker->keep(tracker->tracker.skip(frame));
+  });
+}
+sdmt_status sdmt_tracker_save(const sdmt_tracker* tracker, uint8_t* bytes, size_t* size,
+                              sdmt_error* error) {
+  return c::guarded(error, [&] {
+    const auto snapshot = c::given(tracker, "tracker").tracker.save();
+    const std::size_t room = c::given(size, "size");
+    *size = snapshot.size();
+    if (bytes == nullptr) return;
+    io::require(room >= snapshot.size(), "size", room,
+                io::number_text(snapshot.size()) + " or more");
+    std::memcpy(bytes, snapshot.data(), snapshot.size());
+  });
+}
+sdmt_status sdmt_tracker_restore(sdmt_tracker* tracker, const uint8_t* bytes, size_t size,
+                                 sdmt_error* error) {
+  return c::guarded(error, [&] {
+    c::given(tracker, "tracker"), c::given(bytes, "bytes");
+    tracker->tracker.restore(std::as_bytes(std::span(bytes, size)));
+    tracker->frames.clear();
+  });
 }
 sdmt_status sdmt_tracker_finish(sdmt_tracker* tracker, sdmt_error* error) {
   return c::guarded(error, [&] { c::given(tracker, "tracker").keep(tracker->tracker.finish()); });

@@ -31,6 +31,7 @@ int main(void) {
   FIELD(sdmt_input, image);
   FIELD(sdmt_input, embeddings);
   FIELD(sdmt_input, dimension);
+  FIELD(sdmt_input, time);
   STRUCT(sdmt_track);
   FIELD(sdmt_track, id);
   FIELD(sdmt_track, source);

@@ -219,6 +219,62 @@ TEST(CInterface, GivenEmbeddingsTellPeopleApart) {
       << sdmt_error_text(error.get());
 }
 
+// Every second frame is lost, or not looked at; a tracker that takes over in the middle goes on
+// alike.
+TEST(CInterface, TimesSkippedFramesAndSnapshots) {
+  const Error error(sdmt_error_new());
+  const Options options(sdmt_options_new(error.get()));
+  ASSERT_EQ(sdmt_options_set(options.get(), "frame-rate", "10", error.get()), SDMT_OK);
+  const auto track = [&](bool skip, int handed_over_at) {
+    TrackerHandle tracker(sdmt_tracker_new(options.get(), nullptr, error.get()));
+    std::vector<track::FinishedFrame> all;
+    for (int t = 1; t <= Scene::kFrames; ++t) {
+      const double time = 0.1 * t;
+      const sdmt_detection box{{10 + 2.0 * t, 50, 20, 50}, 0.9};
+      sdmt_input input{};
+      input.size = sizeof input;
+      input.detections = &box;
+      input.count = 1;
+      input.time = &time;
+      const bool lost = t % 2 == 0;
+      if (!lost) {
+        EXPECT_EQ(sdmt_tracker_update(tracker.get(), &input, error.get()), SDMT_OK);
+      } else if (skip) {
+        EXPECT_EQ(sdmt_tracker_skip(tracker.get(), &time, error.get()), SDMT_OK);
+      }
+      if (!lost || skip) append(tracker.get(), all);
+      if (t != handed_over_at) continue;
+      std::size_t size = 0;
+      EXPECT_EQ(sdmt_tracker_save(tracker.get(), nullptr, &size, error.get()), SDMT_OK);
+      std::vector<std::uint8_t> bytes(size--);
+      EXPECT_EQ(sdmt_tracker_save(tracker.get(), bytes.data(), &size, error.get()),
+                SDMT_INVALID_ARGUMENT)
+          << "a byte too short";
+      EXPECT_EQ(sdmt_tracker_save(tracker.get(), bytes.data(), &size, error.get()), SDMT_OK);
+      tracker.reset(sdmt_tracker_new(options.get(), nullptr, error.get()));
+      EXPECT_EQ(sdmt_tracker_restore(tracker.get(), bytes.data(), size - 1, error.get()),
+                SDMT_INVALID_ARGUMENT);
+      EXPECT_EQ(sdmt_tracker_restore(tracker.get(), bytes.data(), size, error.get()), SDMT_OK)
+          << sdmt_error_text(error.get());
+    }
+    EXPECT_EQ(sdmt_tracker_finish(tracker.get(), error.get()), SDMT_OK);
+    append(tracker.get(), all);
+    return all;
+  };
+  const auto boxes = [](const std::vector<track::FinishedFrame>& frames) {
+    std::vector<double> lefts;
+    for (const auto& frame : frames) {
+      for (const auto& box : frame.boxes) lefts.push_back(box.id + 1000 * box.box.left);
+    }
+    return lefts;
+  };
+  const auto with_all = boxes(track(true, 0));
+  EXPECT_GT(with_all.size(), 30u);
+  EXPECT_EQ(boxes(track(true, 21)), with_all);
+  EXPECT_EQ(boxes(track(false, 21)), boxes(track(false, 0)));
+  EXPECT_EQ(track(false, 0).size(), std::size_t{Scene::kFrames} / 2);
+}
+
 void expect_refused(sdmt_status status, const Error& error, const std::string& text) {
   EXPECT_EQ(status, SDMT_INVALID_ARGUMENT);
   EXPECT_EQ(sdmt_error_status(error.get()), SDMT_INVALID_ARGUMENT);

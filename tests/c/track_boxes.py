@@ -11,7 +11,8 @@ class Box(ctypes.Structure):
 
 class Input(ctypes.Structure):
     _fields_ = [("size", c_size_t), ("detections", c_void_p), ("count", c_size_t),
-                ("image", c_void_p), ("embeddings", c_void_p), ("dimension", c_size_t)]
+                ("image", c_void_p), ("embeddings", c_void_p), ("dimension", c_size_t),
+                ("time", POINTER(c_double))]
 
 
 class Track(ctypes.Structure):
@@ -70,7 +71,7 @@ def main(library_path, detections_path):
     for frame in range(1, sdmt.sdmt_detections_last_frame(boxes) + 1):
         count = c_size_t()
         detections = sdmt.sdmt_detections_frame(boxes, frame, byref(count))
-        seen = Input(ctypes.sizeof(Input), detections, count, None, None, 0)
+        seen = Input(ctypes.sizeof(Input), detections, count, None, None, 0, None)
         check(sdmt.sdmt_tracker_update(tracker, byref(seen), error) == 0)
         show()
     check(sdmt.sdmt_tracker_finish(tracker, error) == 0)

@@ -110,7 +110,26 @@ struct Session {
     input.image = (flags & 8) != 0 ? &image : nullptr;
     input.embeddings = vectors.empty() ? nullptr : vectors.data();
     input.dimension = dimension;
+    const double time = in.number();
+    if ((flags & 128) != 0) input.time = &time;
     if (agreed(sdmt_tracker_update(tracker, &input, error))) read_finished();
+  }
+
+  void skip(Input& in) {
+    const double time = in.number();
+    if (agreed(sdmt_tracker_skip(tracker, &time, error))) read_finished();
+  }
+
+  // Into itself, with a byte of it changed or not.
+  void save_and_restore(Input& in) {
+    std::size_t size = 0;
+    if (!agreed(sdmt_tracker_save(tracker, nullptr, &size, error))) return;
+    std::vector<std::uint8_t> bytes(size);
+    require(sdmt_tracker_save(tracker, bytes.data(), &size, error) == SDMT_OK);
+    const auto change = in.take<std::uint8_t>();
+    bytes[in.take<std::uint16_t>() % size] ^= change;
+    const bool restored = agreed(sdmt_tracker_restore(tracker, bytes.data(), size, error));
+    require(restored || change != 0);
   }
 
   void read_file(const Input& in) {
@@ -133,7 +152,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t cou
   Input in(bytes, count);
   Session session;
   while (!in.empty()) {
-    switch (in.take<std::uint8_t>() % 8) {
+    switch (in.take<std::uint8_t>() % 10) {
       case 0:
         session.start(false);
         break;
@@ -154,6 +173,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t cou
       case 4:
         session.read_file(in);
         return 0;
+      case 8:
+        session.skip(in);
+        break;
+      case 9:
+        session.save_and_restore(in);
+        break;
       default:
         session.update(in);
     }

@@ -140,6 +140,37 @@ class Frames(unittest.TestCase):
         self.assertNotEqual(rows(alike), rows(exchanged))
 
 
+class Times(unittest.TestCase):
+    def run_scene(self, hand_over):
+        tracker = sdmt.Tracker(frame_rate=10)
+        frames = []
+        for t in range(support.FRAMES):
+            if t == hand_over:
+                snapshot = tracker.save()
+                tracker = sdmt.Tracker(frame_rate=10)
+                with self.assertRaisesRegex(ValueError, "snapshot"):
+                    tracker.restore(snapshot[:-1])
+                tracker.restore(snapshot)
+            if t % 3 == 1:
+                continue  # lost
+            if t % 3 == 2:
+                frames += tracker.skip(time=t / 10)
+            else:
+                frames += tracker.update(support.boxes(t), support.scores(t), time=t / 10)
+        return frames + tracker.finish()
+
+    def test_a_snapshot_goes_on_alike(self):
+        whole = self.run_scene(None)
+        self.assertEqual({i for f in whole for i in f.ids.tolist()}, {1, 2})
+        self.assertEqual(rows(self.run_scene(13)), rows(whole))
+
+    def test_time_rises(self):
+        tracker = sdmt.Tracker(frame_rate=10)
+        tracker.update([], time=1)
+        with self.assertRaisesRegex(ValueError, "time"):
+            tracker.update([], time=1)
+
+
 class Errors(unittest.TestCase):
     def expect(self, kind, text, call, *arguments, **named):
         with self.assertRaises(kind) as raised:
@@ -156,7 +187,7 @@ class Errors(unittest.TestCase):
                 ("width is -3, expected > 0", [[1, 2, -3, 4]]),
                 ("image is float64 (4, 4, 3), expected uint8", [], [], image.astype(float)),
                 ("image is uint8 (4, 4), expected uint8 (height, width, 3)", [], [], image[..., 0]),
-                ("make the tracker with embeddings=True", [[1, 2, 3, 4]], [1], None, [[1]])):
+                ("make the tracker with embeddings=True", [[1, 2, 3, 4]], [1], None, None, [[1]])):
             self.expect(ValueError, text, tracker.update, *arguments)
         self.expect(ValueError, "has no option 'min-io'", sdmt.Tracker, min_io=0.3)
         self.expect(ValueError, "min_iou is 2, expected", sdmt.Tracker, min_iou=2)

@@ -124,12 +124,27 @@ typedef struct {
   /// [count, dimension], for sdmt_tracker_new_embedded(); scaled to length 1. Else NULL.
   const float* embeddings;
   size_t dimension;
+  /// Seconds on any clock, which must rise: with the option "frame-rate" frames may come
+  /// irregularly or not at all. NULL: the frame is one after the last.
+  const double* time;
 } sdmt_input;
 
 /// Takes the next frame. Call it for every frame, also for those without detections. Frames that
 /// are finished by it can then be had from sdmt_tracker_finished().
 SDMT_API sdmt_status sdmt_tracker_update(sdmt_tracker* tracker, const sdmt_input* input,
                                          sdmt_error* error);
+/// The next frame, at which no detector looked: people move on as predicted, and nobody misses a
+/// detection. `time` as in sdmt_input.
+SDMT_API sdmt_status sdmt_tracker_skip(sdmt_tracker* tracker, const double* time,
+                                       sdmt_error* error);
+/// Everything that the tracker knows: one made alike that restores it goes on with the same output,
+/// in another process or on another machine. `size` says how many bytes `bytes` takes and gets how
+/// many there are; with NULL for `bytes` only that. SDMT_INVALID_ARGUMENT when they do not fit.
+SDMT_API sdmt_status sdmt_tracker_save(const sdmt_tracker* tracker, uint8_t* bytes, size_t* size,
+                                       sdmt_error* error);
+/// Refuses bytes that sdmt_tracker_save() did not make, other options and another appearance.
+SDMT_API sdmt_status sdmt_tracker_restore(sdmt_tracker* tracker, const uint8_t* bytes, size_t size,
+                                          sdmt_error* error);
 /// The end of the input: all frames still held back are finished. Only
 /// sdmt_tracker_finished() and sdmt_tracker_free() may follow.
 SDMT_API sdmt_status sdmt_tracker_finish(sdmt_tracker* tracker, sdmt_error* error);
