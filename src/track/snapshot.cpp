@@ -165,8 +165,9 @@ struct Snapshot {
                   "holds a track that does not end where it ends");
   }
 
-  template <typename Archive>
-  static void fields(Archive& archive, Tracker::State& state, Tracklets& tracklets) {
+  // Tracker::State is private to Tracker, whose members deduce it.
+  template <typename Archive, typename State>
+  static void tracklet_list(Archive& archive, State& state, Tracklets& tracklets) {
     archive_list(
         archive, tracklets,
         [&] {
@@ -268,8 +269,8 @@ struct Snapshot {
   }
 
   // What must be the same in the tracker that goes on.
-  template <typename Archive>
-  static void fields(Archive& archive, const Tracker::State& state) {
+  template <typename Archive, typename State>
+  static void identity(Archive& archive, const State& state) {
     for (const auto& option : tracker_option_table()) {
       const std::string here = option.name + " " + option.get(state.options);
       std::string there = here;
@@ -285,9 +286,9 @@ struct Snapshot {
     archive.check(tau_a == state.tau_a, "is of a tracker with another tau_a");
   }
 
-  template <typename Archive>
-  static void fields(Archive& archive, Tracker::State& state) {
-    fields(archive, std::as_const(state));
+  template <typename Archive, typename State>
+  static void whole_state(Archive& archive, State& state) {
+    identity(archive, state);
     whole(archive, state.dimension, 0, 1 << 20);
     const int now = state.descriptor == nullptr ? 0 : state.descriptor->dimension();
     archive.check(state.dimension == 0 || now == 0 || state.dimension == now,
@@ -297,8 +298,8 @@ struct Snapshot {
     whole(archive, state.looked, 0, state.frame);
     whole(archive, state.last_id, 0, kLatest);
     fields(archive, state.clock, state.frame);
-    fields(archive, state, state.active);
-    fields(archive, state, state.idle);
+    tracklet_list(archive, state, state.active);
+    tracklet_list(archive, state, state.idle);
     fields(archive, state.unclaimed, state.frame);
     fields(archive, state.output, state.frame);
     fields(archive, state.stats);
@@ -308,7 +309,7 @@ struct Snapshot {
 std::vector<std::byte> Tracker::save() const {
   state_->require_open();
   StateWriter content;
-  Snapshot::fields(content, *state_);
+  Snapshot::whole_state(content, *state_);
   const std::vector<std::byte> bytes = content.take();
   StateWriter file;
   file.value(kMagic);
@@ -332,7 +333,7 @@ void Tracker::restore(std::span<const std::byte> snapshot) {
   head.check(checksum(bytes) == sum, "is damaged");
   auto fresh = std::make_unique<State>(state_->options, state_->descriptor);
   StateReader content(bytes);
-  Snapshot::fields(content, *fresh);
+  Snapshot::whole_state(content, *fresh);
   content.check(content.left() == 0, "goes on behind its end");
   std::set<int> ids;
   for (const Tracklets* group : {&fresh->active, &fresh->idle}) {
