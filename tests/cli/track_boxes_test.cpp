@@ -143,6 +143,9 @@ TEST_F(TrackBoxes, DetectKeepsBoxesThatTrackReads) {
   EXPECT_EQ(compared.exit_code, 0) << compared.err;
   EXPECT_THAT(compared.out, HasSubstr("recall"));
   EXPECT_EQ(run_sdmt({"detect", scene}).exit_code, 2);
+  const auto sized = run_sdmt({"detect", scene, "--compare", "net.onnx@big"});
+  EXPECT_EQ(sized.exit_code, 2);
+  EXPECT_THAT(sized.err, HasSubstr("net.onnx@big': expected pixels after the @"));
 }
 
 }  // namespace

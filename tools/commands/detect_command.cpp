@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cli/command.h"
@@ -18,6 +19,7 @@
 #include "cli/text_table.h"
 #include "sdmt/eval/detection_scores.h"
 #include "sdmt/eval/ground_truth.h"
+#include "sdmt/io/checked_value.h"
 #include "sdmt/io/output_file.h"
 #include "sdmt/mot/sequence.h"
 #include "sdmt/pipeline/frame_source.h"
@@ -116,6 +118,20 @@ std::optional<std::vector<Truth>> read_truth(const std::string& input) {
   return frames;
 }
 
+// A detector as --detector names it, or FILE@SIZE: a network at another size of its input.
+std::unique_ptr<pipeline::DetectionSource> open_sized(const std::string& name,
+                                                      pipeline::DetectorOptions options) {
+  const auto at = name.rfind('@');
+  if (at == std::string::npos || fs::exists(name)) return pipeline::open_detector(name, options);
+  const auto size = io::parse_number<int>(std::string_view(name).substr(at + 1));
+  if (!size) {
+    throw std::invalid_argument("--compare " + io::quoted(name) +
+                                ": expected pixels after the @, as in detector.onnx@512");
+  }
+  options.network.size = *size;
+  return pipeline::open_detector(name.substr(0, at), options);
+}
+
 void DetectCommand::compare_all() const {
   struct Contender {
     std::string name;
@@ -136,7 +152,7 @@ void DetectCommand::compare_all() const {
   std::vector<Contender> contenders;
   for (const std::string& name : compare) {
     contenders.push_back({.name = name,
-                          .detector = pipeline::open_detector(name, detection.options),
+                          .detector = open_sized(name, detection.options),
                           .scorer = {},
                           .tracker = track::Tracker()});
   }
@@ -208,7 +224,8 @@ void add_detect_command(CLI::App& app) {
       ->type_name("FILE");
   sub->add_option(
          "--compare", command->compare,
-         "Detectors, as for --detector: recall, precision, average precision against the "
+         "Detectors, as for --detector, or FILE@SIZE for another --detector-size: recall, "
+         "precision, average precision against the "
          "sequence's ground truth, and ms a frame; without ground truth the share of boxes "
          "that become tracks")
       ->type_name("FILE|hog");
