@@ -6,6 +6,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
+#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -13,6 +15,7 @@
 #include <system_error>
 
 #include "retry.h"
+#include "sdmt/io/unfinished_files.h"
 
 namespace sdmt::io {
 
@@ -37,6 +40,17 @@ int open_file(const fs::path& path, int flags, mode_t mode = 0) {
 // False while another holds it. Where files cannot be locked at all, the name alone must do.
 bool lock(int descriptor) {
   return retry([&] { return ::flock(descriptor, LOCK_EX | LOCK_NB); }) == 0 || errno != EWOULDBLOCK;
+}
+
+// Those that live; what finds no place here is only not removed by remove_unfinished_files().
+constexpr std::size_t kMostAtOnce = 64;
+std::array<std::atomic<const TemporaryFile*>, kMostAtOnce> unfinished{};
+
+void exchange_unfinished(const TemporaryFile* from, const TemporaryFile* to) {
+  for (auto& place : unfinished) {
+    const TemporaryFile* held = from;
+    if (place.compare_exchange_strong(held, to)) return;
+  }
 }
 
 // Where a chain of symbolic links ends, whether or not anything is there.
@@ -71,6 +85,7 @@ TemporaryFile::TemporaryFile(const fs::path& target, std::string_view extension)
   path_ += extension;
   const mode_t mode = replaces ? old.st_mode & kPermissions : kReadWrite;
   create(mode & kReadWrite);
+  exchange_unfinished(nullptr, this);
   if (!replaces) return;
   // Only the superuser gives files to others, and some file systems know no permissions; the new
   // file is never open to more people than the old one.
@@ -78,6 +93,7 @@ TemporaryFile::TemporaryFile(const fs::path& target, std::string_view extension)
     if (::fchmod(descriptor_, mode) == 0 || errno == EPERM) return;
   }
   const int cause = errno;
+  exchange_unfinished(this, nullptr);
   ::unlink(path_.c_str());
   ::close(descriptor_);
   errno = cause;
@@ -114,6 +130,7 @@ void TemporaryFile::create(unsigned mode) {
 }
 
 TemporaryFile::~TemporaryFile() {
+  exchange_unfinished(this, nullptr);
   if (!path_.empty()) ::unlink(path_.c_str());  // while the lock makes it ours
   ::close(descriptor_);
 }
@@ -135,6 +152,13 @@ void TemporaryFile::commit() {
   ::close(opened);
   errno = cause;
   if (!flushed) fail("flush of its folder to disk failed");
+}
+
+void remove_unfinished_files() noexcept {
+  for (const auto& place : unfinished) {
+    const TemporaryFile* const file = place;
+    if (file != nullptr && !file->path().empty()) ::unlink(file->path().c_str());
+  }
 }
 
 void TemporaryFile::fail(const char* what) const {

@@ -84,7 +84,7 @@ std::optional<NameParts> parse_name(const fs::path& file) {
   const char* end = name.data() + name.size();
   const auto [after_pid, pid_error] = std::from_chars(name.data(), end, parts.pid);
   if (pid_error == std::errc::result_out_of_range) {
-    throw std::invalid_argument(std::string(name) +
+    throw std::invalid_argument(file.string() +
                                 ": the person's number is out of range, "
                                 "expected at most " +
                                 std::to_string(std::numeric_limits<int>::max()));

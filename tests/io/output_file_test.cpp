@@ -10,6 +10,9 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "sdmt/io/temporary_file.h"
+#include "sdmt/io/unfinished_files.h"
+
 namespace sdmt::io {
 namespace {
 
@@ -65,6 +68,14 @@ TEST_F(OutputFileTest, TakesOverWhatAKilledWriterLeft) {
 }
 
 // Names of others beside ours, and what may lie at ours.
+
+TEST_F(OutputFileTest, AProgramThatMustEndRemovesWhatIsUnfinished) {
+  const TemporaryFile file(folder_ / "a.txt");
+  { const TemporaryFile gone(folder_ / "b.txt"); }
+  EXPECT_EQ(files(), 1U);
+  remove_unfinished_files();
+  EXPECT_EQ(files(), 0U);
+}
 
 TEST_F(OutputFileTest, LeavesFilesOfSimilarNamesAlone) {
   std::ofstream(folder_ / "a.txt.tmp") << "mine";

@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <stdexcept>
+#include <utility>
 
 #include "cli/text_table.h"
 #include "sdmt/image/color_histogram.h"
@@ -188,8 +190,14 @@ ordered_json to_json(const AblationRun& run) {
 }
 
 std::string to_text(const AblationRun& run) {
-  TextTable table({"variant", "MOTA", "FP", "FN", "IDs", "FPS", "IDF1", "HOTA", "| paper: MOTA",
-                   "FP", "FN", "IDs", "FPS"});
+  std::vector<std::string> header{"variant", "MOTA", "FP", "FN", "IDs", "FPS", "IDF1", "HOTA"};
+  const bool published = std::any_of(run.rows.begin(), run.rows.end(), [](const AblationRow& row) {
+    return row.variant.paper.has_value();
+  });
+  if (published) {
+    header.insert(header.end(), {"paper: MOTA", "its FP", "its FN", "its IDs", "its FPS"});
+  }
+  TextTable table(std::move(header));
   std::string notes;
   const auto percent = [](double fraction) { return fmt::format("{:.1f}", 100 * fraction); };
   for (const auto& row : run.rows) {
@@ -208,7 +216,7 @@ std::string to_text(const AblationRun& run) {
       cells.insert(cells.end(),
                    {percent(paper->mota), std::to_string(paper->fp), std::to_string(paper->fn),
                     std::to_string(paper->ids), fmt::format("{:.1f}", paper->fps)});
-    } else {
+    } else if (published) {
       cells.insert(cells.end(), 5, "");
     }
     table.add_row(std::move(cells));

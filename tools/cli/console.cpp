@@ -8,8 +8,10 @@
 #include <cerrno>
 #include <cstdlib>
 #include <exception>
+#include <new>
 
 #include "sdmt/io/checked_value.h"
+#include "sdmt/io/unfinished_files.h"
 
 namespace sdmt::tools {
 
@@ -28,14 +30,32 @@ std::FILE* shown_at(std::FILE* stream) {
   return stream == stderr && messages != nullptr ? messages : stream;
 }
 
+// The standard library and that for JSON allocate in places that nothing may be thrown from.
+bool memory_ran_out() {
+  try {
+    if (const auto error = std::current_exception()) std::rethrow_exception(error);
+  } catch (const std::bad_alloc&) {
+    return true;
+  } catch (...) {
+    return false;
+  }
+  return false;
+}
+
 [[noreturn]] void terminated() {
-  write_console(stderr, "sdmt: ended by an unexpected error\n");
-  std::abort();
+  const bool out_of_memory = memory_ran_out();
+  write_console(stderr,
+                out_of_memory ? "sdmt: out of memory\n" : "sdmt: ended by an unexpected error\n");
+  io::remove_unfinished_files();
+  if (!out_of_memory) std::abort();
+  std::_Exit(EXIT_FAILURE);
 }
 
 // exit() in the middle of the work is not ours: libgomp calls it when it gets no threads.
 void exited() {
-  if (working) write_console(stderr, "sdmt: ended by a library (out of threads or memory?)\n");
+  if (!working) return;
+  write_console(stderr, "sdmt: ended by a library (out of threads or memory?)\n");
+  io::remove_unfinished_files();
 }
 
 }  // namespace
