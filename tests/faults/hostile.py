@@ -158,6 +158,7 @@ def kinds_of(bench, bad):
     shutil.copytree(at / "scene", scene)
     shutil.copy(at / "made.weights", bad / "net.weights")
     shutil.copy(at / "made.names", bad / "net.names")
+    shutil.copy(at / "made.cfg", bad / "net.cfg")
     shutil.copytree(at / "reid", bad / "reid")
     photo = next((bad / "reid/bounding_box_train").glob("*.jpg"))
     frame = scene / "img1/000003.jpg"
