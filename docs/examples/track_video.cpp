@@ -31,7 +31,9 @@ int main(int argc, char** argv) try {
   pipeline::fit_to_scores(options, *boxes);
   track::Tracker tracker(options);
   pipeline::RunObservers observers;
-  observers.finished = [&](const track::FinishedFrame& frame) { tracks->write(frame); };
+  observers.finished = [&](const track::FinishedFrame& frame, const pipeline::FrameTime& time) {
+    tracks->write(frame, time);
+  };
   observers.warning = [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); };
   const auto report = pipeline::run_sequence(*frames, *boxes, tracker, false, observers);
   tracks->commit();

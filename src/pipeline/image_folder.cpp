@@ -98,6 +98,7 @@ class MotSequence : public FrameSource {
   bool next(Frame& frame, bool decode) override {
     if (last_ == sequence_.length) return false;
     frame.number = ++last_;
+    if (sequence_.frame_rate > 0) frame.when.time = (last_ - 1) / sequence_.frame_rate;
     read_frame(sequence_.image(last_), decode && has_images_, frame);
     return true;
   }

@@ -76,7 +76,7 @@ bool LiveSource::next(Frame& frame, bool decode) {
   }
   changed_.notify_all();
   frame.number = ++number_;
-  taken_ = *frame.wall_clock;
+  taken_ = *frame.when.wall_clock;
   return true;
 }
 
@@ -119,8 +119,8 @@ void LiveSource::read(std::unique_ptr<FrameSource> source, bool decode) {
 bool LiveSource::hand_over(Frame frame, std::int64_t garbled) {
   const auto now = Clock::now();
   if (!std::exchange(begun_, true)) began_ = now;
-  frame.time = seconds(now - began_);
-  frame.wall_clock = std::chrono::system_clock::now();
+  frame.when.time = seconds(now - began_);
+  frame.when.wall_clock = std::chrono::system_clock::now();
   std::unique_lock lock(mutex_);
   ++counts_.received;
   counts_.garbled = garbled_before_ + garbled;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <deque>
 #include <stdexcept>
 #include <vector>
 
@@ -13,6 +14,36 @@
 namespace sdmt::pipeline {
 
 namespace {
+
+// The times of the frames that are not finished.
+class FrameTimes {
+ public:
+  void add(int frame, const FrameTime& time) {
+    if (times_.empty()) first_ = frame;
+    times_.push_back(time);
+  }
+  // That of a frame, in order; nothing is known of frames that were there before a run was killed.
+  FrameTime take(int frame) {
+    if (times_.empty() || frame < first_) return {};
+    const FrameTime time = times_.front();
+    times_.pop_front();
+    ++first_;
+    return time;
+  }
+  // Seconds that rise also from one run to the next where a camera gives them.
+  std::optional<double> on_one_clock(const FrameTime& when) {
+    if (when.time && when.wall_clock && began_ == 0) {
+      const std::chrono::duration<double> since_1970 = when.wall_clock->time_since_epoch();
+      began_ = since_1970.count() - *when.time;
+    }
+    return when.time ? std::optional(*when.time + began_) : std::nullopt;
+  }
+
+ private:
+  std::deque<FrameTime> times_;
+  int first_ = 0;  // number of the first of them
+  double began_ = 0;
+};
 
 double rate(std::int64_t frames, double seconds) {
   return seconds > 0 ? static_cast<double>(frames) / seconds : 0;
@@ -34,9 +65,12 @@ double RunReport::hz_without_embedding() const {
 RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::Tracker& tracker,
                        bool images, const RunObservers& observers) {
   const auto start = std::chrono::steady_clock::now();
+  FrameTimes times;
   const auto deliver = [&](const std::vector<track::FinishedFrame>& finished) {
-    if (!observers.finished) return;
-    for (const track::FinishedFrame& frame : finished) observers.finished(frame);
+    for (const track::FinishedFrame& frame : finished) {
+      const FrameTime time = times.take(frame.frame);
+      if (observers.finished) observers.finished(frame, time);
+    }
   };
   const auto warn = [&](const std::string& text) {
     if (observers.warning) observers.warning(text);
@@ -54,9 +88,13 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
   std::vector<mot::Detection> boxes;
   RunState* const state = observers.state;
   if (state != nullptr) {
-    int known =
-        state->resume(tracker, [&](const track::FinishedFrame& done) { deliver({done}); });
-    while (frames.repeatable() && known > 0 && frames.next(frame, false)) --known;
+    std::vector<track::FinishedFrame> before;
+    const int known =
+        state->resume(tracker, [&](const track::FinishedFrame& done) { before.push_back(done); });
+    for (int i = 1; i <= known && frames.repeatable() && frames.next(frame, false); ++i) {
+      times.add(i, frame.when);
+    }
+    deliver(before);  // nothing of a camera, whose outputs go on where they were
   }
   bool stopped = false;
   while (!(stopped = observers.stop && observers.stop()) && frames.next(frame, decode)) {
@@ -75,15 +113,19 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
       break;
     }
     const bool look = frame.has_image() || detections.descriptor() != nullptr;
-    const track::FrameContext context{.image = !look               ? nullptr
-                                               : frame.has_image() ? &view
-                                                                   : &nothing,
-                                      .time = detections.time()};
+    const track::FrameContext context{
+        .image = !look               ? nullptr
+                 : frame.has_image() ? &view
+                                     : &nothing,
+        .time = detections.time() ? detections.time() : times.on_one_clock(frame.when)};
+    times.add(static_cast<int>(tracker.stats().frames) + 1, frame.when);
     const auto& finished =
         detections.looked() ? tracker.update(boxes, context) : tracker.skip(context);
     deliver(finished);
     if (state != nullptr) {
-      for (const track::FinishedFrame& done : finished) state->add(done);
+      if (!frames.live()) {
+        for (const track::FinishedFrame& done : finished) state->add(done);
+      }
       state->frame_done(tracker);
     }
   }

@@ -4,102 +4,93 @@
 #include <fmt/core.h>
 
 #include <iterator>
-#include <string_view>
+#include <nlohmann/json.hpp>
+#include <utility>
 #include <vector>
 
-#include "sdmt/io/output_file.h"
 #include "sdmt/mot/mot_file.h"
+#include "sdmt/pipeline/utc_time.h"
 #include "sdmt/track/result_rows.h"
 
 namespace sdmt::pipeline {
 
 namespace {
 
-// A file of results, or standard output ("-"), where each frame is to be seen at once.
-class ResultFile {
- public:
-  explicit ResultFile(const std::string& path) : file_(path), live_(path == "-") {}
-
-  void write(std::string_view text) {
-    if (deserted_) return;
-    try {
-      file_.write(text);
-      if (live_) file_.flush();
-    } catch (const io::ReaderLeft&) {
-      // SIGPIPE came with it and ends the run; the other outputs must still become whole.
-      deserted_ = true;
-    }
-  }
-  void commit() {
-    if (!deserted_) file_.commit();
-  }
-
- private:
-  io::OutputFile file_;
-  bool live_;
-  bool deserted_ = false;
-};
-
 class MotWriter : public TrackWriter {
  public:
-  explicit MotWriter(const std::string& path) : file_(path) {}
+  MotWriter(const std::string& path, const std::optional<Flowing>& flowing)
+      : file_(open_line_output(path, flowing)) {}
 
-  void write(const track::FinishedFrame& frame) override {
+  void write(const track::FinishedFrame& frame, const FrameTime&) override {
     rows_.clear();
     track::append_results(frame, rows_);
-    std::string text;
-    for (const mot::ResultRow& row : rows_) text += mot::format_result(row);
-    file_.write(text);
+    std::string lines;
+    for (const mot::ResultRow& row : rows_) lines += mot::format_result(row);
+    if (!lines.empty()) file_->write(lines);
   }
-  void commit() override { file_.commit(); }
+  void commit() override { file_->commit(); }
 
  private:
-  ResultFile file_;
+  std::unique_ptr<LineOutput> file_;
   std::vector<mot::ResultRow> rows_;
 };
 
-std::string jsonl_line(const track::FinishedFrame& frame) {
-  std::string line;
-  const auto out = std::back_inserter(line);
-  fmt::format_to(out, "{{\"frame\":{},\"tracks\":[", frame.frame);
-  const char* separator = "";
-  for (const track::TrackedBox& box : frame.boxes) {
-    fmt::format_to(out,
-                   "{}{{\"id\":{},\"box\":[{:.2f},{:.2f},{:.2f},{:.2f}],\"score\":{:.4g},"
-                   "\"source\":\"{}\"}}",
-                   separator, box.id, box.box.left, box.box.top, box.box.width, box.box.height,
-                   box.score, track::to_string(box.source));
-    separator = ",";
-  }
-  fmt::format_to(out, "],\"merges\":[");
-  separator = "";
-  for (const track::IdMerge& merge : frame.merges) {
-    fmt::format_to(out, "{}{{\"from\":{},\"to\":{}}}", separator, merge.from, merge.to);
-    separator = ",";
-  }
-  fmt::format_to(out, "]}}\n");
-  return line;
-}
-
 class JsonlWriter : public TrackWriter {
  public:
-  explicit JsonlWriter(const std::string& path) : file_(path) {}
+  JsonlWriter(const std::string& path, const std::string& source,
+              const std::optional<Flowing>& flowing)
+      : file_(open_line_output(path, flowing)),
+        start_(fmt::format("{{\"version\":1,\"source\":{},",
+                           nlohmann::json(source).dump(
+                               -1, ' ', false, nlohmann::json::error_handler_t::replace))) {}
 
-  void write(const track::FinishedFrame& frame) override { file_.write(jsonl_line(frame)); }
-  void commit() override { file_.commit(); }
+  void write(const track::FinishedFrame& frame, const FrameTime& time) override {
+    file_->write(line(frame, time));
+  }
+  void commit() override { file_->commit(); }
 
  private:
-  ResultFile file_;
+  std::string line(const track::FinishedFrame& frame, const FrameTime& time) const {
+    std::string line = start_;
+    const auto out = std::back_inserter(line);
+    fmt::format_to(out, "\"frame\":{},", frame.frame);
+    if (time.time) fmt::format_to(out, "\"time\":{:.3f},", *time.time);
+    if (time.wall_clock) fmt::format_to(out, "\"utc\":\"{}\",", utc_text(*time.wall_clock));
+    line += "\"tracks\":[";
+    const char* separator = "";
+    for (const track::TrackedBox& box : frame.boxes) {
+      fmt::format_to(out,
+                     "{}{{\"id\":{},\"box\":[{:.2f},{:.2f},{:.2f},{:.2f}],"
+                     "\"score\":{:.4g},"
+                     "\"source\":\"{}\"}}",
+                     separator, box.id, box.box.left, box.box.top, box.box.width, box.box.height,
+                     box.score, track::to_string(box.source));
+      separator = ",";
+    }
+    line += "],\"merges\":[";
+    separator = "";
+    for (const track::IdMerge& merge : frame.merges) {
+      fmt::format_to(out, "{}{{\"from\":{},\"to\":{}}}", separator, merge.from, merge.to);
+      separator = ",";
+    }
+    line += "]}\n";
+    return line;
+  }
+
+  std::unique_ptr<LineOutput> file_;
+  std::string start_;  // of every line
 };
 
 }  // namespace
 
-std::unique_ptr<TrackWriter> make_mot_writer(const std::string& path) {
-  return std::make_unique<MotWriter>(path);
+std::unique_ptr<TrackWriter> make_mot_writer(const std::string& path,
+                                             const std::optional<Flowing>& flowing) {
+  return std::make_unique<MotWriter>(path, flowing);
 }
 
-std::unique_ptr<TrackWriter> make_jsonl_writer(const std::string& path) {
-  return std::make_unique<JsonlWriter>(path);
+std::unique_ptr<TrackWriter> make_jsonl_writer(const std::string& path, const std::string& source,
+                                               const std::optional<Flowing>& flowing) {
+  return std::make_unique<JsonlWriter>(path, source, flowing);
 }
 
 }  // namespace sdmt::pipeline

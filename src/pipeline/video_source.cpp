@@ -61,6 +61,7 @@ class Video : public FrameSource {
   bool next(Frame& frame, bool decode) override {
     if (!capture_.grab()) return false;
     frame.number = ++number_;
+    tell_time(frame.when);
     frame.problem.clear();
     frame.image = {};
     if (!decode) return true;
@@ -87,11 +88,30 @@ class Video : public FrameSource {
   bool repeatable() const override { return kind_ == Kind::file; }
 
  private:
+  // What the container says of the frame grabbed; where that is nothing, one after the last.
+  void tell_time(FrameTime& when) {
+    if (kind_ != Kind::file) return;
+    const double stated = capture_.get(cv::CAP_PROP_POS_MSEC) / 1000;
+    if (number_ == 1) {
+      begin_ = stated;
+      time_ = 0;
+    } else if (stated - begin_ > time_) {
+      time_ = stated - begin_;
+    } else if (frame_rate() > 0) {
+      time_ += 1 / frame_rate();
+    } else {
+      return;
+    }
+    when.time = time_;
+  }
+
   std::string name_;
   Kind kind_;
   cv::VideoCapture capture_;
   Orientation orientation_;
   int number_ = 0;
+  double begin_ = 0;  // of the container's clock, seconds
+  double time_ = 0;   // of the last frame
 };
 
 // The first bytes of a file say what FFmpeg would play although nobody calls it a video.

@@ -2,11 +2,13 @@
 #include "sdmt/pipeline/zone_writer.h"
 
 #include <algorithm>
+#include <chrono>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <stdexcept>
 #include <vector>
 
-#include "sdmt/io/checked_value.h"
+#include "sdmt/pipeline/utc_time.h"
 #include "sdmt/zones/counts_table.h"
 #include "sdmt/zones/event_lines.h"
 
@@ -14,7 +16,8 @@ namespace sdmt::pipeline {
 
 namespace {
 
-// Dark where nobody stood, bright where people stood longest; the picture's size.
+// Dark where nobody stood, bright where people stood longest; the picture's
+// size.
 std::vector<unsigned char> heat_map_png(const zones::HeatMap& map, int width, int height) {
   const double most = *std::max_element(map.cells().begin(), map.cells().end());
   cv::Mat grey(map.rows(), map.columns(), CV_8UC1);
@@ -30,38 +33,83 @@ std::vector<unsigned char> heat_map_png(const zones::HeatMap& map, int width, in
   return bytes;
 }
 
-}  // namespace
-
-ZoneWriter::ZoneWriter(const zones::ZonePlan& plan, double frame_rate, const ZoneFiles& files)
-    : counter_(plan), heat_map_(plan.width, plan.height), frame_rate_(frame_rate) {
-  io::require(frame_rate > 0, "frame rate", frame_rate, "above 0");
-  if (!files.events.empty()) events_.emplace(files.events);
-  if (!files.counts.empty()) counts_.emplace(files.counts);
-  if (!files.heat_map.empty()) heat_map_file_.emplace(files.heat_map);
+std::chrono::system_clock::time_point at_second(double since_1970) {
+  using Clock = std::chrono::system_clock;
+  return Clock::time_point(
+      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(since_1970)));
 }
 
-void ZoneWriter::write(const track::FinishedFrame& frame) {
-  tell(counter_.add(frame, (frame.frame - 1) / frame_rate_));
-  heat_map_.add(frame, 1 / frame_rate_);
+}  // namespace
+
+ZoneWriter::ZoneWriter(const zones::ZonePlan& plan, const ZoneFiles& files,
+                       const std::optional<Flowing>& flowing)
+    : counter_(plan), heat_map_(plan.width, plan.height), files_(files), flowing_(flowing) {
+  if (!files.events.empty()) events_ = open_line_output(files.events, flowing);
+  if (flowing) return;
+  if (!files.counts.empty()) counts_ = std::make_unique<io::OutputFile>(files.counts);
+  if (!files.heat_map.empty()) heat_map_file_ = std::make_unique<io::OutputFile>(files.heat_map);
+}
+
+void ZoneWriter::write(const track::FinishedFrame& frame, const FrameTime& time) {
+  if (!time.time) throw std::invalid_argument("zones need the time of each frame");
+  if (!time_ && time.wall_clock) {
+    const std::chrono::duration<double> since_1970 = time.wall_clock->time_since_epoch();
+    wall_ = since_1970.count() - *time.time;
+  }
+  // Longer than that nobody was seen to stand anywhere.
+  constexpr double kLongestInterval = 2;
+  if (time_) interval_ = std::min(*time.time - *time_, kLongestInterval);
+  time_ = time.time;
+  tell(counter_.add(frame, *time.time + wall_));
+  heat_map_.add(frame, interval_);
+  if (flowing_ && *time_ - summary_ >= kBetweenSummaries) {
+    summary_ = *time_;
+    write_summaries();
+  }
 }
 
 void ZoneWriter::commit() {
   tell(counter_.finish());
   if (events_) events_->commit();
-  if (counts_) {
-    counts_->write(zones::counts_table(counter_));
-    counts_->commit();
-  }
-  if (heat_map_file_) {
-    const auto bytes = heat_map_png(heat_map_, counter_.plan().width, counter_.plan().height);
-    heat_map_file_->write(bytes.data(), bytes.size());
-    heat_map_file_->commit();
-  }
+  write_summaries();
 }
 
 void ZoneWriter::tell(const std::vector<zones::ZoneEvent>& events) {
   if (!events_) return;
-  for (const zones::ZoneEvent& event : events) events_->write(zones::event_line(event));
+  for (zones::ZoneEvent event : events) {
+    std::string utc;
+    if (wall_ > 0) {
+      utc = utc_text(at_second(event.time));
+      event.time -= wall_;
+    }
+    events_->write(zones::event_line(event, utc));
+  }
+}
+
+void ZoneWriter::write_summaries() {
+  const auto write = [&](const std::string& path, std::unique_ptr<io::OutputFile>& whole,
+                         const auto& content) {
+    if (path.empty()) return;
+    try {
+      if (flowing_) whole = std::make_unique<io::OutputFile>(path);
+      const auto bytes = content();
+      whole->write(bytes.data(), bytes.size());
+      whole->commit();
+    } catch (const std::runtime_error& error) {  // a full disk does not end what has no end
+      if (!flowing_) throw;
+      flowing_->tell(error.what());
+    }
+  };
+  write(files_.counts, counts_, [&] {
+    if (wall_ > 0) {
+      return zones::counts_table(counter_, [](std::int64_t hour) {
+        return utc_text(at_second(3600. * static_cast<double>(hour))).substr(0, 13) + "Z";
+      });
+    }
+    return zones::counts_table(counter_);
+  });
+  write(files_.heat_map, heat_map_file_,
+        [&] { return heat_map_png(heat_map_, counter_.plan().width, counter_.plan().height); });
 }
 
 }  // namespace sdmt::pipeline

@@ -46,15 +46,16 @@ const std::vector<Counts>* find(const std::map<std::int64_t, std::vector<Counts>
 
 }  // namespace
 
-std::string counts_table(const ZoneCounter& counter) {
+std::string counts_table(const ZoneCounter& counter,
+                         const std::function<std::string(std::int64_t)>& hour_name) {
   std::string table = "zone,kind,hour,in,out,stays,inside,most_inside,mean_dwell,longest_dwell\n";
   add_rows(counter.plan(), "all", &counter.lines(), &counter.areas(), table);
   std::set<std::int64_t> hours;
   for (const auto& [hour, _] : counter.line_hours()) hours.insert(hour);
   for (const auto& [hour, _] : counter.area_hours()) hours.insert(hour);
   for (const std::int64_t hour : hours) {
-    add_rows(counter.plan(), std::to_string(hour), find(counter.line_hours(), hour),
-             find(counter.area_hours(), hour), table);
+    add_rows(counter.plan(), hour_name ? hour_name(hour) : std::to_string(hour),
+             find(counter.line_hours(), hour), find(counter.area_hours(), hour), table);
   }
   return table;
 }

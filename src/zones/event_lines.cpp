@@ -12,7 +12,7 @@ double milliseconds(double seconds) { return std::round(seconds * 1000) / 1000; 
 
 }  // namespace
 
-std::string event_line(const ZoneEvent& event) {
+std::string event_line(const ZoneEvent& event, const std::string& utc) {
   nlohmann::ordered_json line;
   line["event"] = to_string(event.kind);
   line["zone"] = event.zone;
@@ -20,6 +20,7 @@ std::string event_line(const ZoneEvent& event) {
   if (event.kind == EventKind::continued) line["former_id"] = event.former_id;
   line["frame"] = event.frame;
   line["time"] = milliseconds(event.time);
+  if (!utc.empty()) line["utc"] = utc;
   if (event.kind == EventKind::leave) line["dwell"] = milliseconds(event.dwell);
   if (event.kind != EventKind::continued) line["witnessed"] = event.witnessed;
   return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";

@@ -85,8 +85,8 @@ TEST_F(TrackBoxes, LiveBoxesAreAnsweredAtOnce) {
   std::ofstream boxes(pipe);
   for (int frame = 1; frame <= 5; ++frame) {
     boxes << "{\"boxes\":[[" << 10 + frame << ",20,30,60]],\"scores\":[0.9]}" << std::endl;
-    EXPECT_THAT(process.read_line(),
-                StartsWith("{\"frame\":" + std::to_string(frame) + ",\"tracks\":[{\"id\":1,"));
+    EXPECT_THAT(process.read_line(), StartsWith("{\"version\":1,\"source\":\"-\",\"frame\":" +
+                                                std::to_string(frame) + ",\"tracks\":[{\"id\":1,"));
   }
   boxes << "{\"boxes\":[[1,2]]}" << std::endl;
   boxes.close();

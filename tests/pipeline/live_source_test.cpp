@@ -72,9 +72,9 @@ TEST_F(LiveSources, WhoIsSlowGetsTheNewestFrame) {
     EXPECT_EQ(frame.number, ++taken);
     EXPECT_GT(frame.image.bgr[0], last);
     EXPECT_LE(shown_ - frame.image.bgr[0], 1);
-    EXPECT_GT(*frame.time, time);
+    EXPECT_GT(*frame.when.time, time);
     last = frame.image.bgr[0];
-    time = *frame.time;
+    time = *frame.when.time;
     std::this_thread::sleep_for(milliseconds(25));
   }
   const auto counts = *live->live();

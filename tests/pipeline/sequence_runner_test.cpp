@@ -29,7 +29,7 @@ TEST(SequenceRunner, AFailingDetectorEndsTheRunAndLosesNothing) {
   track::Tracker tracker;
   int finished = 0, boxes = 0;
   RunObservers observers;
-  observers.finished = [&](const track::FinishedFrame& frame) {
+  observers.finished = [&](const track::FinishedFrame& frame, const FrameTime&) {
     EXPECT_EQ(frame.frame, ++finished);
     boxes += static_cast<int>(frame.boxes.size());
   };

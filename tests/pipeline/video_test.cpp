@@ -12,10 +12,12 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <stdexcept>
 
 #include "cli/run_command.h"
 #include "sdmt/pipeline/frame_source.h"
+#include "sdmt/pipeline/track_writers.h"
 #include "sdmt/pipeline/video_output_file.h"
 
 namespace sdmt::pipeline {
@@ -144,6 +146,39 @@ TEST(Video, EveryRateAndContainerIsReadBackInFull) {
     }
   }
   EXPECT_EQ(folder.listing().size(), 4u);
+}
+
+// A camera without a frame rate.
+class Camera : public FrameSource {
+ public:
+  bool next(Frame&, bool) override { return false; }
+  int frame_count() const override { return 0; }
+  double frame_rate() const override { return 0; }
+  bool repeatable() const override { return false; }
+};
+
+TEST(Video, IrregularFramesAreShownAsLongAsTheyLasted) {
+  const TemporaryFolder folder;
+  UnreadableFrames unreadable;
+  const auto video = make_video_writer(folder / "v.avi", "camera:0", Camera(), unreadable);
+  int number = 0;
+  // The third falls into the picture of the second; a minute without frames is not shown.
+  for (const double time : {0.0, 0.4, 0.41, 1.0, 61.0}) {
+    Frame frame{.number = ++number, .image = image::Image(kWidth, kHeight)};
+    std::fill(frame.image.bgr.begin(), frame.image.bgr.end(),
+              static_cast<std::uint8_t>(40 * number));
+    video->read(frame);
+    video->write({.frame = number}, {.time = time});
+  }
+  video->commit();
+  const auto source = open_frame_source(folder / "v.avi");
+  std::map<int, int> pictures;  // by brightness / 40
+  Frame frame;
+  for (int i = 0; source->next(frame, true); ++i) {
+    EXPECT_NEAR(*frame.when.time, i / 25., 1e-3);
+    ++pictures[(frame.image.bgr[0] + 20) / 40];
+  }
+  EXPECT_EQ(pictures, (std::map<int, int>{{1, 10}, {3, 15}, {4, 250}, {5, 1}}));
 }
 
 TEST(Video, RatesThatAreNoneAreRefused) {

@@ -84,7 +84,7 @@ Tracked run_tracker(const AblationSequence& input, const AblationVariant& varian
   Tracked out;
   pipeline::RunObservers observers;
   observers.read = [&](const pipeline::Frame&) { frame_done(); };
-  observers.finished = [&](const track::FinishedFrame& frame) {
+  observers.finished = [&](const track::FinishedFrame& frame, const pipeline::FrameTime&) {
     track::append_results(frame, out.results);
   };
   observers.warning = warning;

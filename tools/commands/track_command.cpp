@@ -41,6 +41,7 @@ struct TrackCommand {
   std::string render;
   std::string json;
   std::string explain;
+  std::string rotate;
   std::string zones;
   pipeline::ZoneFiles zone_files;
   std::string state;
@@ -74,15 +75,22 @@ class Outputs {
  public:
   Outputs(const TrackCommand& command, const pipeline::FrameSource& frames, track::Tracker& tracker)
       : unreadable_(warn) {
-    if (!command.output.empty()) writers_.push_back(pipeline::make_mot_writer(command.output));
-    if (!command.jsonl.empty()) writers_.push_back(pipeline::make_jsonl_writer(command.jsonl));
+    std::optional<pipeline::Flowing> flowing;
+    if (frames.live()) flowing = {pipeline::Rotation::parse(command.rotate), warn};
+    if (!command.output.empty()) {
+      writers_.push_back(pipeline::make_mot_writer(command.output, flowing));
+    }
+    if (!command.jsonl.empty()) {
+      writers_.push_back(pipeline::make_jsonl_writer(
+          command.jsonl, pipeline::display_name(command.input), flowing));
+    }
     if (!command.render.empty()) {
       writers_.push_back(
-          pipeline::make_video_writer(command.render, command.input, frames, unreadable_));
+          pipeline::make_video_writer(command.render, command.input, frames, unreadable_, flowing));
     }
     if (!command.zones.empty()) {
       auto writer = std::make_unique<pipeline::ZoneWriter>(command.zone_plan(frames),
-                                                           frames.frame_rate(), command.zone_files);
+                                                           command.zone_files, flowing);
       zones_ = writer.get();
       writers_.push_back(std::move(writer));
     }
@@ -99,8 +107,8 @@ class Outputs {
   void read(const pipeline::Frame& frame) {
     for (const auto& writer : writers_) writer->read(frame);
   }
-  void write(const track::FinishedFrame& frame) {
-    for (const auto& writer : writers_) writer->write(frame);
+  void write(const track::FinishedFrame& frame, const pipeline::FrameTime& time) {
+    for (const auto& writer : writers_) writer->write(frame, time);
   }
   // The video comes last: it is the one that fails on a full disk, and the others are to be kept.
   void commit(const pipeline::RunReport& report) {
@@ -148,7 +156,7 @@ void TrackCommand::check_outputs(const pipeline::DetectionSource& boxes) const {
 
 zones::ZonePlan TrackCommand::zone_plan(const pipeline::FrameSource& frames) const {
   const zones::ZonePlan plan = zones::read_zone_plan(zones);
-  if (!(frames.frame_rate() > 0)) {
+  if (!frames.live() && !(frames.frame_rate() > 0)) {
     throw std::invalid_argument(
         input +
         ": how many frames a second it has is not known, and --zones counts in seconds; "
@@ -254,7 +262,9 @@ void TrackCommand::run() const {
       outputs.read(frame);
       progress.update(frame.number, live_note(*frames));
     };
-    observers.finished = [&](const track::FinishedFrame& frame) { outputs.write(frame); };
+    observers.finished = [&](const track::FinishedFrame& frame, const pipeline::FrameTime& time) {
+      outputs.write(frame, time);
+    };
     observers.warning = warn;
     observers.stop = [&] { return stop.requested(); };
     observers.unreadable = &outputs.unreadable();
@@ -297,6 +307,10 @@ void add_track_command(CLI::App& app) {
   sub->add_option("--render", command->render,
                   "Video with the tracks drawn in (.mp4, .mkv, .mov, .avi)")
       ->type_name("FILE");
+  sub->add_option("--rotate", command->rotate,
+                  "Of a camera or stream: put files aside when they are as large or old as this, "
+                  "100MB or 1h (videos: 10min) [never]")
+      ->type_name("SIZE|TIME");
   sub->add_option("--json", command->json, "Counts and speed as JSON")->type_name("FILE");
   sub->add_option("--explain", command->explain,
                   "CSV of which tracks were joined, and why others were not")

@@ -12,6 +12,15 @@
 
 namespace sdmt::pipeline {
 
+/// When a frame was.
+struct FrameTime {
+  /// Seconds from the first frame, as the input tells or as frames come; nothing where it is not
+  /// known. Never falls.
+  std::optional<double> time = std::nullopt;
+  /// When it came from a camera or stream.
+  std::optional<std::chrono::system_clock::time_point> wall_clock = std::nullopt;
+};
+
 /// One frame of the input. Without an image: this frame exists but cannot be read (a damaged file),
 /// or the sequence comes without images.
 struct Frame {
@@ -19,11 +28,7 @@ struct Frame {
   image::Image image;   ///< upright, as a player shows it
   std::string problem;  ///< why there is no image, naming file or frame; empty when it just is not
                         ///< there to be read
-  /// Seconds from the first frame, as the input tells or as frames come; nothing where it is not
-  /// known. Never falls.
-  std::optional<double> time = std::nullopt;
-  /// When it came from a camera or stream.
-  std::optional<std::chrono::system_clock::time_point> wall_clock = std::nullopt;
+  FrameTime when = {};
 
   bool has_image() const { return !image.bgr.empty(); }
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -21,23 +22,35 @@ struct ZoneFiles {
 /// Counts the people of finished frames in zones.
 class ZoneWriter : public TrackWriter {
  public:
-  /// `plan` is one for the input's picture, as ZonePlan::in_picture() makes it; frames are 1 /
-  /// `frame_rate` seconds apart, the first is at 0. Throws std::invalid_argument for a frame rate
-  /// that is not above 0, as zones::ZoneCounter, and as io::OutputFile.
-  ZoneWriter(const zones::ZonePlan& plan, double frame_rate, const ZoneFiles& files);
+  /// `plan` is one for the input's picture, as ZonePlan::in_picture() makes it. Flowing, events are
+  /// written as they are told, and the other files every kBetweenSummaries seconds. Throws as
+  /// zones::ZoneCounter, open_line_output() and io::OutputFile.
+  ZoneWriter(const zones::ZonePlan& plan, const ZoneFiles& files,
+             const std::optional<Flowing>& flowing = {});
 
-  void write(const track::FinishedFrame& frame) override;
+  static constexpr double kBetweenSummaries = 60;
+
+  /// Throws std::invalid_argument for a frame without a time. Frames with one of the wall clock are
+  /// counted in its hours, UTC.
+  void write(const track::FinishedFrame& frame, const FrameTime& time) override;
   void commit() override;
 
   const zones::ZoneCounter& counter() const { return counter_; }
 
  private:
   void tell(const std::vector<zones::ZoneEvent>& events);
+  void write_summaries();
 
   zones::ZoneCounter counter_;
   zones::HeatMap heat_map_;
-  double frame_rate_;
-  std::optional<io::OutputFile> events_, counts_, heat_map_file_;
+  ZoneFiles files_;
+  std::optional<Flowing> flowing_;
+  std::unique_ptr<LineOutput> events_;
+  std::unique_ptr<io::OutputFile> counts_, heat_map_file_;  // where the input has an end
+  std::optional<double> time_;                              // of the last frame
+  double interval_ = 0;                                     // between the last two, seconds
+  double summary_ = 0;                                      // when summaries were written last
+  double wall_ = 0;  // what is added to times to get seconds of the wall clock; 0: there is none
 };
 
 }  // namespace sdmt::pipeline

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <string>
 
 #include "sdmt/zones/zone_counter.h"
@@ -11,6 +13,9 @@ namespace sdmt::zones {
 /// happened; lines before areas, in the order of the plan:
 ///   zone,kind,hour,in,out,stays,inside,most_inside,mean_dwell,longest_dwell
 /// Seconds; columns that a kind does not have are empty. "inside": people at the end (of the hour).
-std::string counts_table(const ZoneCounter& counter);
+/// `hour_name` says what the column holds for an hour of the counter's clock; without it, its
+/// number.
+std::string counts_table(const ZoneCounter& counter,
+                         const std::function<std::string(std::int64_t)>& hour_name = {});
 
 }  // namespace sdmt::zones
