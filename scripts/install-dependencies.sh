@@ -23,7 +23,7 @@ case "${1:-build}" in
   test) packages+=(libgtest-dev libgmock-dev python3 "${python[@]}" libopenmpi-dev openmpi-bin) ;;
   develop)
     packages+=(libgtest-dev libgmock-dev python3 "${python[@]}" libopenmpi-dev openmpi-bin libbenchmark-dev clang clang-format clang-tidy libomp-dev
-      gcovr git chromium qemu-user g++-aarch64-linux-gnu) ;;
+      gcovr valgrind git chromium qemu-user g++-aarch64-linux-gnu) ;;
   *) echo "usage: $0 [build|test|develop]" >&2; exit 2 ;;
 esac
 

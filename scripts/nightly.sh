@@ -8,7 +8,7 @@
 # threads   the multi-threaded tests of nn, track and the C interface under ThreadSanitizer
 # fuzz      the readers of ground truth, results and models, and the C interface, FUZZ_SECONDS (600) each
 # faults    file calls and allocations of all commands fail once; hostile files; kill -9; full disks
-# mpi       trainings of 8 and 16 processes, 30 kills, ThreadSanitizer over the messages
+# mpi       trainings of 8 and 16 processes, 30 kills, helgrind over two
 # soak      200,000 frames without growth of memory or time
 # practice  an embedder trained on made-up people alone tells strangers apart
 # people    with the network PETS09-S2L1 has fewer ID switches and a higher IDF1 than by motion alone
@@ -80,10 +80,8 @@ browser() {
 mpi() {
   cmake --preset release -DSDMT_BUILD_TESTS=ON
   cmake --build build --parallel "$jobs" --target sdmt
-  python3 tests/mpi/shared_training.py --sdmt build/sdmt --mpirun mpirun bytes ranks faults kills launch
-  cmake --preset tsan
-  cmake --build build-tsan --parallel "$jobs" --target sdmt
-  python3 tests/mpi/shared_training.py --sdmt build-tsan/sdmt --mpirun mpirun races
+  python3 tests/mpi/shared_training.py --sdmt build/sdmt --mpirun mpirun \
+    bytes ranks faults launch races kills
 }
 
 soak() {

@@ -148,8 +148,8 @@ MpiGroup::~MpiGroup() {
   {
     const std::scoped_lock lock(state_->mutex);
     state_->ended = true;
+    state_->changed.notify_one();
   }
-  state_->changed.notify_one();
   state_->thread.join();
   if (state_->left) MPI_Finalize();
 }
@@ -183,13 +183,11 @@ void MpiGroup::broadcast(std::span<std::byte> bytes) {
 }
 
 void MpiGroup::reduce(std::span<const float> nodes, std::vector<std::span<float>> sums) {
-  {
-    const std::scoped_lock lock(state_->mutex);
-    if (!state_->failure.empty()) throw std::runtime_error(state_->failure);
-    state_->reductions.emplace_back(rank(), size(), state_->tag, nodes, std::move(sums));
-    state_->tag += 2;
-    if (state_->tag > kLastReductionTag) state_->tag = kFirstReductionTag;
-  }
+  const std::scoped_lock lock(state_->mutex);
+  if (!state_->failure.empty()) throw std::runtime_error(state_->failure);
+  state_->reductions.emplace_back(rank(), size(), state_->tag, nodes, std::move(sums));
+  state_->tag += 2;
+  if (state_->tag > kLastReductionTag) state_->tag = kFirstReductionTag;
   state_->changed.notify_one();
 }
 

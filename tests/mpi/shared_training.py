@@ -8,6 +8,7 @@ bytes   models, checkpoints and logs of 1 to 4 processes are those of one withou
 ranks   the same for 8 and 16 processes
 faults  a killed process, a failing one, a full disk, a signal; another number goes on
 kills   30 kills of random processes at random times, gone on with by other numbers
+races   two processes under valgrind's helgrind; noise of MPI is named in open_mpi.supp
 launch  unlike machines, a batch too small, too many processes: refused once, in a sentence
 """
 import argparse
@@ -264,6 +265,23 @@ def part_kills(bench):
         expect(code == 0 and bench.result(name)[0] == whole, f"{size} then {other}: {err}")
         print(f"{kills}: a kill of one of {size}, gone on with by {other}: the same bytes",
               flush=True)
+
+
+def part_races(bench):
+    logs = bench.work / "races"
+    words = ["valgrind", "--tool=helgrind", "--error-exitcode=9",
+             f"--suppressions={pathlib.Path(__file__).parent / 'open_mpi.supp'}",
+             f"--log-file={logs}.%p", bench.sdmt,
+             *bench.words("races-model", "--model", bench.work / "tiny", "--tie", "none", "--views",
+                          "0"), "--threads", "1"]
+    place = words.index("--iterations") + 1
+    words[place] = "2"
+    result = subprocess.run([str(w) for w in [*bench.launcher(2), *words]], capture_output=True,
+                            text=True, timeout=600)
+    reports = [path.read_text() for path in bench.work.glob("races.*")]
+    expect(result.returncode == 0, "".join(reports)[:4000])
+    for report in reports:
+        print("helgrind:", report.strip().splitlines()[-1], flush=True)
 
 
 def refused(bench, words, sentence, code):

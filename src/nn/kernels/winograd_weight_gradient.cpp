@@ -212,7 +212,11 @@ void FinishGradient(const WinogradGradientTask& task, int i, bool add, float* ta
     for (int p = 0; p < kWindow; ++p) {
       FloatVec u[kWindow];
 #pragma GCC unroll 6
-      for (int q = 0; q < kWindow; ++q) u[q] = hn::Load(d, sums + (p * kWindow + q) * position);
+      for (int q = 0; q < kWindow; ++q) {
+        const float* const from = sums + (p * kWindow + q) * position;
+        hwy::Prefetch(from + 2 * kLanes);
+        u[q] = hn::Load(d, from);
+      }
       GatherTaps(u, half[p]);
     }
     float* const to = taps + i * out + o;
