@@ -198,9 +198,8 @@ TEST_F(Terminal, AReaderWhoLeavesIsNoFailureWorthAWord) {
 TEST_F(Terminal, StacksThatAreTooSmallArePassedOver) {
   const auto result = run_sdmt(
       {"bench", "--architecture", "lite", "--batch", "1", "--repeat", "1", "--threads", "2"},
-      {{"OMP_STACKSIZE", "16k"}, {"OMP_NUM_THREADS", "none"}});
+      {{"OMP_STACKSIZE", "16k"}});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(result.err, "");
 }
 
 TEST_F(Terminal, ThreadsThatTheSystemRefusesAreDoneWithout) {

@@ -6,8 +6,7 @@
 // sdmt for instance, they take the time of those that have some: runs become several times slower.
 // Here they sleep soon instead, unless the user has said how they shall wait.
 //
-// OMP_STACKSIZE may be too small for any work, which would end in a crash, and OMP_NUM_THREADS no
-// number, of which the run-time complains in its own words; they are then passed over.
+// OMP_STACKSIZE may be too small for any work, which would end in a crash; it is then passed over.
 #include <cstdlib>
 #include <initializer_list>
 
@@ -48,11 +47,6 @@ __attribute__((constructor(kFirst))) void keep_stacks_large_enough() {
     const char* size = std::getenv(name);
     if (size != nullptr && bytes_of(size) < kLeast) unsetenv(name);
   }
-}
-
-__attribute__((constructor(kFirst))) void keep_thread_numbers_valid() {
-  const char* number = std::getenv("OMP_NUM_THREADS");
-  if (number != nullptr && std::atoi(number) < 1) unsetenv("OMP_NUM_THREADS");
 }
 
 }  // namespace
