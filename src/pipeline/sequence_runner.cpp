@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sdmt/io/stopwatch.h"
+#include "sdmt/track/pixel_rect.h"
 
 namespace sdmt::pipeline {
 
@@ -78,7 +79,7 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
 
   UnreadableFrames own(observers.warning);
   UnreadableFrames& unreadable = observers.unreadable != nullptr ? *observers.unreadable : own;
-  const bool decode = images || detections.needs_images();
+  const bool decode = images || observers.camera != nullptr || detections.needs_images();
 
   RunReport report;
   // In place of an image for a descriptor that needs none.
@@ -86,6 +87,7 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
   const image::ImageView nothing = one_pixel.view();
   Frame frame;
   std::vector<mot::Detection> boxes;
+  std::vector<image::PixelRect> people;
   RunState* const state = observers.state;
   if (state != nullptr) {
     std::vector<track::FinishedFrame> before;
@@ -113,12 +115,18 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
       break;
     }
     const bool look = frame.has_image() || detections.descriptor() != nullptr;
-    const track::FrameContext context{
+    track::FrameContext context{
         .image = !look               ? nullptr
                  : frame.has_image() ? &view
                                      : &nothing,
         .time = detections.time() ? detections.time() : times.on_one_clock(frame.when)};
     times.add(static_cast<int>(tracker.stats().frames) + 1, frame.when);
+    if (observers.camera != nullptr && frame.has_image()) {
+      people.clear();
+      for (const mot::Detection& box : boxes) people.push_back(track::to_pixel_rect(box.box));
+      context.camera = observers.camera->next(view, people);
+      if (!context.camera) ++report.camera_lost;
+    }
     const auto& finished =
         detections.looked() ? tracker.update(boxes, context) : tracker.skip(context);
     deliver(finished);

@@ -42,7 +42,7 @@ std::uint64_t checksum(std::span<const std::byte> bytes) {
 /// must be true of what is read. Who adds a field to one of these parts adds it here and raises
 /// kVersion.
 struct Snapshot {
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 
   template <typename Archive>
   static void whole(Archive& archive, int& number, int low, int high) {
@@ -217,10 +217,14 @@ struct Snapshot {
     whole(archive, output.reported_, 0, frame);
     int before = output.decided_;
     archive_list(
-        archive, output.waiting_, [] { return 0; },
-        [&](int& waiting) {
-          whole(archive, waiting, before + 1, frame);
-          before = waiting;
+        archive, output.waiting_, [] { return TrackOutput::Waiting{}; },
+        [&](TrackOutput::Waiting& waiting) {
+          whole(archive, waiting.frame, before + 1, frame);
+          before = waiting.frame;
+          for (double* value :
+               {&waiting.back.a, &waiting.back.b, &waiting.back.tx, &waiting.back.ty}) {
+            real(archive, *value);
+          }
         });
     merges(archive, output.merges_);
     before = 0;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "camera_warp.h"
+
 namespace sdmt::track {
 
 namespace {
@@ -145,6 +147,16 @@ KalmanState TrackHistory::start() const {
   KalmanState start;
   smooth_back_to(first_, [&](std::size_t, const KalmanState& state) { start = state; });
   return start;
+}
+
+void TrackHistory::warp(const image::CameraMotion& motion) {
+  for (std::size_t i = first_; i < entries_.size(); ++i) {
+    Entry& entry = entries_[i];
+    entry.measured = warped(entry.measured, motion);
+    entry.filtered = warped(entry.filtered, motion);
+    entry.forward = warped(entry.forward, motion);
+    if (entry.smoothed) entry.smoothed = warped(*entry.smoothed, motion);
+  }
 }
 
 void TrackHistory::forget(int frame) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "sdmt/image/camera_motion.h"
 #include "sdmt/track/finished_frame.h"
 #include "sdmt/track/kalman_filter.h"
 #include "sdmt/track/tracker_options.h"
@@ -58,6 +59,8 @@ class TrackHistory {
   /// The box of `frame`, its id unset; nothing before the first and after the last box and in gaps
   /// that are not filled.
   std::optional<TrackedBox> at(int frame);
+  /// The camera moved.
+  void warp(const image::CameraMotion& motion);
   /// Frees what is not needed to answer for frames after `frame`.
   void forget(int frame);
   /// Gives the memory of what is forgotten back.

@@ -26,7 +26,9 @@ class TrackOutput {
   const OutputRules& rules() const { return rules_; }
 
   /// The next frame that is to be reported; numbers rise, and may leave some out.
-  void add(int frame) { waiting_.push_back(frame); }
+  void add(int frame) { waiting_.push_back({frame, {}}); }
+  /// The camera moved: what waits is to be reported where it was.
+  void warp(const image::CameraMotion& motion);
   /// Says so in the output where `newer`, about to become one with `older`, was reported already.
   void announce_merge(const Tracklet& older, const Tracklet& newer);
   int decided() const { return decided_; }  ///< the last frame decided about
@@ -39,7 +41,11 @@ class TrackOutput {
  private:
   friend struct Snapshot;
 
-  void decide(int frame, Tracklets& tracklets, std::vector<TrackedBox>& boxes,
+  struct Waiting {
+    int frame;
+    image::CameraMotion back;  // from the present picture to that of the frame
+  };
+  void decide(const Waiting& waiting, Tracklets& tracklets, std::vector<TrackedBox>& boxes,
               std::int64_t& tracks);
 
   const OutputOptions& options_;
@@ -52,7 +58,7 @@ class TrackOutput {
     FinishedFrame finished;
   };
   int reported_ = 0;             // frames until now
-  std::deque<int> waiting_;      // to be decided about
+  std::deque<Waiting> waiting_;  // to be decided about
   std::vector<IdMerge> merges_;  // since the last one decided
   std::deque<Held> held_;
   std::vector<FinishedFrame> finished_;

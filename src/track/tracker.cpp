@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "camera_warp.h"
 #include "sdmt/io/checked_value.h"
 #include "sdmt/io/stopwatch.h"
 #include "sdmt/track/pixel_rect.h"
@@ -23,6 +24,15 @@ const TrackerOptions& valid(const TrackerOptions& options) {
 KalmanFilter::Noise tracking_noise(const MotionOptions& options) {
   return {options.position_noise, options.position_noise, options.velocity_noise,
           2 * options.position_noise, 10 * options.velocity_noise};
+}
+
+image::CameraMotion checked(const std::optional<image::CameraMotion>& camera) {
+  if (!camera) return {};
+  constexpr double kMost = 1e6;
+  io::require_in("camera motion: tx", camera->tx, -kMost, kMost);
+  io::require_in("camera motion: ty", camera->ty, -kMost, kMost);
+  io::require_in("camera motion: zoom", camera->scale(), 0.1, 10.0);
+  return *camera;
 }
 
 double chosen_tau_a(const AppearanceOptions& options, const image::CropDescriptor* descriptor) {
@@ -61,9 +71,10 @@ const std::vector<FinishedFrame>& Tracker::update(std::span<const mot::Detection
                                                   const FrameContext& frame) {
   state_->require_open();
   const int frames = state_->clock.frames_until(frame.time, state_->frame);
+  const image::CameraMotion camera = checked(frame.camera);
   state_->accept(detections);
   state_->pass(frames - 1);
-  state_->predict();
+  state_->predict(camera);
   try {
     state_->embed(frame.image);
     state_->assign();
@@ -72,13 +83,19 @@ const std::vector<FinishedFrame>& Tracker::update(std::span<const mot::Detection
     state_->take_back();
     throw;
   }
+  state_->warp_but_active(camera);
   state_->update_tracklets();
   return state_->complete(frame.time);
 }
 
 const std::vector<FinishedFrame>& Tracker::skip(const FrameContext& frame) {
   state_->require_open();
-  state_->pass(state_->clock.frames_until(frame.time, state_->frame));
+  const int frames = state_->clock.frames_until(frame.time, state_->frame);
+  const image::CameraMotion camera = checked(frame.camera);
+  state_->pass(frames - 1);
+  state_->predict(camera);
+  state_->warp_but_active(camera);
+  state_->retire();
   return state_->complete(frame.time);
 }
 
@@ -130,15 +147,30 @@ void Tracker::State::pass(int frames) {
   retire();
 }
 
-void Tracker::State::predict() {
+void Tracker::State::predict(const image::CameraMotion& camera) {
   const io::Stopwatch watch(stats.predict_seconds);
   ++frame;
   states_before.clear();
   for (const auto& tracklet : active) {
     states_before.push_back(tracklet->state);
     tracklet->state = motion.predict(tracklet->state);
+    if (!camera.is_still()) tracklet->state = warped(tracklet->state, camera);
     tracklet->state_frame = frame;
   }
+}
+
+// The rest of what moves with the picture; the states of active tracklets did when predicted.
+void Tracker::State::warp_but_active(const image::CameraMotion& camera) {
+  if (camera.is_still()) return;
+  for (Tracklets* group : {&active, &idle}) {
+    for (const auto& tracklet : *group) {
+      tracklet->first_box = warped(tracklet->first_box, camera);
+      tracklet->history.warp(camera);
+      if (group == &idle) tracklet->state = warped(tracklet->state, camera);
+    }
+  }
+  unclaimed.warp(camera);
+  output.warp(camera);
 }
 
 // Until here nothing but the frame's number, the counts and the predictions has changed.

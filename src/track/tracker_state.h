@@ -29,7 +29,7 @@ struct Tracker::State {
   }
   void accept(std::span<const mot::Detection> given);
   void pass(int frames);
-  void predict();
+  void predict(const image::CameraMotion& camera);
   void take_back();
   void embed(const image::ImageView* image);
   void assign();
@@ -39,6 +39,7 @@ struct Tracker::State {
   const std::vector<FinishedFrame>& complete(std::optional<double> time);
   void emit(bool at_end);
 
+  void warp_but_active(const image::CameraMotion& camera);
   void look_back();
   void start_tracklet(std::size_t detection);
   void store_appearance(Tracklet& tracklet, std::size_t detection);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "camera_warp.h"
+
 namespace sdmt::track {
 
 UnclaimedDetections::UnclaimedDetections(const TrackerOptions& options, const KalmanFilter& filter,
@@ -14,6 +16,12 @@ void UnclaimedDetections::begin_frame(int frame) {
   frames_.push_back({frame, {}});
   const int kept = options_.motion.look_back + options_.confirmation_frames();
   while (frames_.front().frame < frame - kept) frames_.pop_front();
+}
+
+void UnclaimedDetections::warp(const image::CameraMotion& motion) {
+  for (Frame& frame : frames_) {
+    for (mot::Detection& detection : frame.boxes) detection.box = warped(detection.box, motion);
+  }
 }
 
 std::optional<TrackHistory> UnclaimedDetections::claim(KalmanState state, int frame, int decided) {

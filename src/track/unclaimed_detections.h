@@ -24,6 +24,9 @@ class UnclaimedDetections {
   /// Of the frame that began last.
   void add(const mot::Tlwh& box, double score) { frames_.back().boxes.push_back({box, score}); }
 
+  /// The camera moved.
+  void warp(const image::CameraMotion& motion);
+
   /// Follows a person who is at `start` in `frame` backwards, down to the frame after `decided` and
   /// over at most max_misses frames without a box, and takes the boxes met on the way out. The
   /// history of these; nullopt where there are none.

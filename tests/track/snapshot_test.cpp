@@ -52,7 +52,8 @@ class Street {
     const image::ImageView image = blank();
     for (int frame = first; frame <= last; ++frame) {
       if (appearance != nullptr) appearance->people = people_[frame - 1];
-      const FrameContext context{.image = &image, .time = frame * 0.04 + (frame > 200 ? 0.3 : 0)};
+      FrameContext context{.image = &image, .time = frame * 0.04 + (frame > 200 ? 0.3 : 0)};
+      if (frame % 5 == 0) context.camera = {1 + 1e-3 * (frame % 3 - 1), 1e-4, 0.5, -0.3};
       const auto& done =
           frame % 7 == 3 ? tracker.skip(context) : tracker.update(seen_[frame - 1], context);
       for (const auto& finished : done) append_results(finished, rows);
@@ -151,7 +152,7 @@ TEST(Snapshot, RefusesOtherTrackersAndDamage) {
   EXPECT_EQ(problem(same, std::span(snapshot).first(snapshot.size() - 1)), "snapshot: is damaged");
   snapshot[snapshot.size() / 2] ^= std::byte{1};
   EXPECT_EQ(problem(same, snapshot), "snapshot: is damaged");
-  snapshot[4] = std::byte{2};
+  snapshot[4] = std::byte{99};
   EXPECT_EQ(problem(same, snapshot), "snapshot: is of another version of the program");
   snapshot[0] = std::byte{0};
   EXPECT_EQ(problem(same, snapshot), "snapshot: is none of a tracker");

@@ -470,6 +470,61 @@ TEST(Tracker, AJumpOfTheClockEndsTracksAndTimeNeverRunsBackwards) {
   EXPECT_EQ(all[50].boxes[0].id, 2);
 }
 
+mot::Tlwh seen_by(const mot::Tlwh& box, const image::CameraMotion& camera) {
+  const double x = box.left + box.width / 2 - 1, y = box.top + box.height / 2 - 1;
+  const double width = camera.scale() * box.width, height = camera.scale() * box.height;
+  return {camera.a * x - camera.b * y + camera.tx + 1 - width / 2,
+          camera.b * x + camera.a * y + camera.ty + 1 - height / 2, width, height};
+}
+
+// The same people seen by a camera that shakes, pans and zooms are the same tracks, each box where
+// it is in its own frame.
+TEST(Tracker, ACameraThatMovesChangesNothingWhenItIsSaidHow) {
+  const auto scene = leaky_scene(300);
+  Tracker still, told, blind;
+  std::vector<FinishedFrame> expected, got, lost;
+  std::vector<image::CameraMotion> from_start{{}};  // by frame
+  for (int frame = 1; frame <= 300; ++frame) {
+    const double turn = 0.01 * std::sin(frame / 9.0), zoom = 1 + 0.1 * std::sin(frame / 30.0);
+    const image::CameraMotion now{zoom * std::cos(turn), zoom * std::sin(turn),
+                                  40 * std::sin(frame * 0.7), 3.0 * frame};
+    from_start.push_back(now);
+    auto moved = scene[frame - 1];
+    for (auto& detection : moved) detection.box = seen_by(detection.box, now);
+    for (const auto& done : still.update(scene[frame - 1])) expected.push_back(done);
+    const auto step = from_start[frame - 1].inverse().then(now);
+    for (const auto& done : told.update(moved, {.camera = step})) got.push_back(done);
+    for (const auto& done : blind.update(moved)) lost.push_back(done);
+  }
+  for (const auto& done : still.finish()) expected.push_back(done);
+  for (const auto& done : told.finish()) got.push_back(done);
+  for (const auto& done : blind.finish()) lost.push_back(done);
+  EXPECT_EQ(ids(expected).size(), 3u);
+  EXPECT_GT(ids(lost).size(), 3u);
+  ASSERT_EQ(got.size(), expected.size());
+  for (std::size_t i = 0; i < got.size(); ++i) {
+    ASSERT_EQ(got[i].boxes.size(), expected[i].boxes.size()) << i;
+    for (std::size_t k = 0; k < got[i].boxes.size(); ++k) {
+      const auto wanted = seen_by(expected[i].boxes[k].box, from_start[i + 1]);
+      EXPECT_EQ(got[i].boxes[k].id, expected[i].boxes[k].id);
+      // Process noise goes by the height of the present picture: nearly the same.
+      EXPECT_NEAR(got[i].boxes[k].box.left, wanted.left, 1.5) << i;
+      EXPECT_NEAR(got[i].boxes[k].box.top, wanted.top, 1.5) << i;
+      EXPECT_NEAR(got[i].boxes[k].box.height, wanted.height, 1.5) << i;
+    }
+  }
+}
+
+TEST(Tracker, RefusesCameraMotionThatCannotBe) {
+  Tracker tracker;
+  for (const image::CameraMotion& wrong :
+       {image::CameraMotion{0, 0, 0, 0}, image::CameraMotion{1, 0, 1e7, 0},
+        image::CameraMotion{1, 0, 0, std::nan("")}, image::CameraMotion{20, 0, 0, 0}}) {
+    EXPECT_THROW(tracker.update({}, {.camera = wrong}), std::invalid_argument);
+  }
+  EXPECT_EQ(tracker.stats().frames, 0);
+}
+
 TEST(Tracker, FramesComeInOrderAfterTheDelay) {
   const Frames frames = crowd(200, 5, 22);
   for (const int delay : {0, 7, 1000}) {

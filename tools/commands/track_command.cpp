@@ -46,6 +46,7 @@ struct TrackCommand {
   pipeline::ZoneFiles zone_files;
   std::string state;
   int state_every = 100;
+  bool moving_camera = false;
   bool stats = false;
   DetectionArguments detections;
   LiveArguments live;
@@ -179,6 +180,7 @@ void TrackCommand::check_state(const pipeline::FrameSource& frames) const {
   }
   if (!explain.empty()) refuse("--explain");
   if (!detections.every.empty()) refuse("--detect-every");
+  if (moving_camera) refuse("--moving-camera");
   if (!render.empty() && !frames.repeatable()) refuse("--render of a camera or stream");
 }
 
@@ -214,6 +216,9 @@ void TrackCommand::check_images(const pipeline::FrameSource& frames,
     throw std::invalid_argument(input +
                                 ": the sequence has no frames, and appearance looks at "
                                 "them; track by motion with --no-appearance");
+  }
+  if (moving_camera) {
+    throw std::invalid_argument(input + ": the sequence has no frames to see --moving-camera by");
   }
   if (!render.empty()) {
     throw std::invalid_argument(input + ": the sequence has no frames to draw on for --render");
@@ -252,6 +257,7 @@ void TrackCommand::run() const {
   track::Tracker engine(options, given ? boxes->descriptor() : loaded.get());
   Outputs outputs(*this, *frames, engine);
 
+  image::CameraMotionEstimator camera;
   std::optional<pipeline::RunState> kept;
   if (!state.empty()) kept.emplace(state, run_name(), state_every);
   pipeline::RunReport run;
@@ -269,8 +275,15 @@ void TrackCommand::run() const {
     observers.stop = [&] { return stop.requested(); };
     observers.unreadable = &outputs.unreadable();
     observers.state = kept ? &*kept : nullptr;
+    observers.camera = moving_camera ? &camera : nullptr;
     const bool images = loaded != nullptr || outputs.need_images();
     run = pipeline::run_sequence(*frames, *boxes, engine, images, observers);
+  }
+  if (run.camera_lost > 0) {
+    warn(
+        fmt::format("how the camera moved could not be found in {} of {} frames; it was taken to "
+                    "stand still there",
+                    run.camera_lost, run.stats.frames));
   }
   outputs.commit(run);
   report(run);
@@ -325,6 +338,8 @@ void add_track_command(CLI::App& app) {
                 "What happened in the zones, a JSON object a line");
   add_zone_file("--counts", command->zone_files.counts, "Counts in all and by the hour, CSV");
   add_zone_file("--heat-map", command->zone_files.heat_map, "Where people stood how long, PNG");
+  sub->add_flag("--moving-camera", command->moving_camera,
+                "Find how the camera moves and take it out of the motion of people");
   sub->add_option("--state", command->state,
                   "Keep in FILE what a run that was killed goes on from, by the same command")
       ->type_name("FILE");

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "sdmt/image/camera_motion.h"
 #include "sdmt/pipeline/detection_source.h"
 #include "sdmt/pipeline/frame_source.h"
 #include "sdmt/pipeline/run_state.h"
@@ -25,6 +26,7 @@ struct RunReport {
   std::exception_ptr failure;
   /// Boxes that came live ended, and frames without an end with them.
   bool boxes_ended = false;
+  int camera_lost = 0;             ///< frames in which the motion of the camera could not be found
   std::optional<LiveCounts> live;  ///< of a camera or stream
   double detect_seconds = 0;       ///< in the source of detections
   double total_seconds = 0;        ///< of wall time, everything included
@@ -46,6 +48,8 @@ struct RunObservers {
   /// Keeps what a killed run can go on from. A run that goes on hands over all finished frames from
   /// the first one, and passes over the frames of a repeatable input that it had seen.
   RunState* state = nullptr;
+  /// Finds how the camera moved, on the frames' images; nullptr: it stands still.
+  image::CameraMotionEstimator* camera = nullptr;
 };
 
 /// Tracks an input from its first to its last frame.

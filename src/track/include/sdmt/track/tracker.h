@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "sdmt/image/camera_motion.h"
 #include "sdmt/image/crop_descriptor.h"
 #include "sdmt/image/image_view.h"
 #include "sdmt/mot/detection.h"
@@ -29,6 +30,11 @@ struct FrameContext {
   /// came are no misses. Must rise; a jump so long that every track ends before counts as just that
   /// long. Without a time the frame is one after the last.
   std::optional<double> time = std::nullopt;
+  /// How the camera moved since the frame given before: of image::CameraMotionEstimator, or of who
+  /// knows better, such as a robot. Everything that the tracker knows moves along; boxes are
+  /// reported where they are in their own frame. Nothing: it stands still. Values beyond 1e6, or a
+  /// zoom beyond 0.1..10, are refused as a wrong time is.
+  std::optional<image::CameraMotion> camera = std::nullopt;
 };
 
 /// What a tracker has done so far.
