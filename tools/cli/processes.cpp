@@ -138,7 +138,7 @@ void Processes::leave() {
 #endif
 }
 
-void Processes::fail(const std::exception& error) noexcept {
+void Processes::fail([[maybe_unused]] const std::exception& error) noexcept {
   if (group_->rank() == 0) return;
 #ifdef SDMT_HAS_MPI
   // The first says it and ends, and the launcher ends the others. Who is not ended, because the
