@@ -16,6 +16,7 @@ packages=(
   libcli11-dev libfmt-dev  # command line and text of the binary
   libopencv-dev            # images and video of the binary and of training
   libavformat-dev libavcodec-dev libswscale-dev  # live streams
+  libcpp-httplib-dev       # the page of sdmt track --serve; it builds without
 )
 python=(python3-dev python3-numpy pybind11-dev)  # the Python module and its tests
 case "${1:-build}" in

@@ -96,7 +96,7 @@ void LiveSource::read(std::unique_ptr<FrameSource> source, bool decode) {
     } catch (const std::exception& error) {  // of one frame: it is opened anew
       say(fmt::format("{}: {}", name_, error.what()));
     }
-    if (*closing_) break;
+    if (*closing_ || (options_.stop && options_.stop())) break;
     garbled_before_ += source->garbled();
     std::int64_t received = 0;
     {
@@ -177,9 +177,10 @@ std::unique_ptr<FrameSource> open_live_source(const std::string& input,
   options.validate();
   if (!is_live(input)) return open_frame_source(input);
   const auto closing = std::make_shared<std::atomic<bool>>(false);
-  const LiveSource::Open open = [input, closing, timeout = options.timeout] {
+  const LiveSource::Open open = [input, closing, timeout = options.timeout, stop = options.stop] {
     if (input.starts_with("camera:")) return open_camera(input);
-    return open_live_stream(input, timeout, [closing] { return closing->load(); });
+    return open_live_stream(input, timeout,
+                            [closing, stop] { return closing->load() || (stop && stop()); });
   };
   auto first = open();
   if (!first->endless()) return open_stream(input);

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "sdmt/pipeline/frame_replay.h"
+#include "sdmt/pipeline/people_blur.h"
 #include "sdmt/pipeline/track_renderer.h"
 #include "sdmt/pipeline/track_writers.h"
 #include "sdmt/pipeline/video_output_file.h"
@@ -23,8 +24,9 @@ std::unique_ptr<VideoOutput> open_video(const std::string& path, double frame_ra
 class TracksVideo : public TrackWriter {
  public:
   TracksVideo(const std::string& path, const std::string& input, const FrameSource& source,
-              UnreadableFrames& unreadable, const std::optional<Flowing>& flowing)
-      : frame_rate_(source.frame_rate() > 0 ? source.frame_rate() : kUnknownFrameRate),
+              UnreadableFrames& unreadable, const std::optional<Flowing>& flowing, bool blur)
+      : blur_(blur),
+        frame_rate_(source.frame_rate() > 0 ? source.frame_rate() : kUnknownFrameRate),
         file_(open_video(path, frame_rate_, flowing)),
         replay_(input, source),
         unreadable_(unreadable) {}
@@ -34,6 +36,7 @@ class TracksVideo : public TrackWriter {
   void write(const track::FinishedFrame& finished, const FrameTime& time) override {
     Frame frame = replay_.next();
     unreadable_.add(frame, "it is drawn grey");
+    if (blur_) blur_people(finished, frame.image);
     renderer_.draw(finished, frame.image);
     show_until(time.time);
     shown_ = std::move(frame.image);
@@ -60,6 +63,7 @@ class TracksVideo : public TrackWriter {
     for (; pictures_ < due; ++pictures_) file_->write(shown_);
   }
 
+  bool blur_;
   double frame_rate_;
   std::unique_ptr<VideoOutput> file_;
   FrameReplay replay_;
@@ -75,8 +79,8 @@ class TracksVideo : public TrackWriter {
 std::unique_ptr<TrackWriter> make_video_writer(const std::string& path, const std::string& input,
                                                const FrameSource& source,
                                                UnreadableFrames& unreadable,
-                                               const std::optional<Flowing>& flowing) {
-  return std::make_unique<TracksVideo>(path, input, source, unreadable, flowing);
+                                               const std::optional<Flowing>& flowing, bool blur) {
+  return std::make_unique<TracksVideo>(path, input, source, unreadable, flowing, blur);
 }
 
 }  // namespace sdmt::pipeline

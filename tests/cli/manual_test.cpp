@@ -66,7 +66,7 @@ TEST_F(Manual, PagesAndCompletionsTellEveryOption) {
 TEST_F(Manual, BashCompletes) {
   EXPECT_EQ(offered({"tr"}), "train-embedder track\n");
   EXPECT_EQ(offered({"synth", ""}), "scene reid\n");
-  EXPECT_EQ(offered({"track", "--outp"}), "--output\n");
+  EXPECT_EQ(offered({"track", "--outp"}), "--output --output-dir\n");
   EXPECT_EQ(offered({"track", "x.mp4", "--fil"}), "--fill\n");
   EXPECT_EQ(offered({"track", "--fill", ""}), "none merged all\n");
   EXPECT_EQ(offered({"track", "--embed", "n"}), "needed\n");

@@ -50,6 +50,14 @@ std::unique_ptr<image::CropDescriptor> TrackerArguments::load_appearance(
       model, needs_threshold ? warning : [](const std::string&) {});
 }
 
+std::function<std::unique_ptr<image::CropDescriptor>()> TrackerArguments::load_appearances(
+    const Warning& warning) const {
+  const std::shared_ptr<image::CropDescriptor> first = load_appearance(warning);
+  const auto* network = dynamic_cast<const reid::Embedder*>(first.get());
+  if (network == nullptr) return [*this, warning] { return load_appearance(warning); };
+  return [weights = network->model()] { return std::make_unique<reid::Embedder>(weights); };
+}
+
 std::unique_ptr<image::CropDescriptor> load_network_appearance(const std::string& file,
                                                                const Warning& warning) {
   const auto path = file.empty() ? find_default_model() : std::filesystem::path(file);

@@ -24,6 +24,10 @@ struct TrackerArguments {
   bool uses_appearance() const { return !no_appearance && appearance != "none"; }
   /// What tells people apart; nullptr when nothing does. Throws as reid::load_model().
   std::unique_ptr<image::CropDescriptor> load_appearance(const Warning& warning) const;
+  /// As load_appearance(), for any number of trackers, each with its own: they share one network.
+  /// The function may be called by any thread.
+  std::function<std::unique_ptr<image::CropDescriptor>()> load_appearances(
+      const Warning& warning) const;
 };
 
 /// An embedding network; an empty `file` means the shipped one. Warns when it holds no tau_a, and

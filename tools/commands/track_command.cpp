@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <exception>
 #include <memory>
 #include <optional>
@@ -11,129 +10,25 @@
 
 #include "cli/command.h"
 #include "cli/console.h"
-#include "cli/detection_arguments.h"
-#include "cli/live_arguments.h"
 #include "cli/output_paths.h"
 #include "cli/progress.h"
 #include "cli/stop_signal.h"
-#include "cli/tracker_arguments.h"
 #include "report/run_report_text.h"
 #include "report/zone_counts_text.h"
-#include "sdmt/io/output_file.h"
 #include "sdmt/mot/sequence.h"
-#include "sdmt/pipeline/association_log.h"
 #include "sdmt/pipeline/detection_source.h"
 #include "sdmt/pipeline/frame_source.h"
 #include "sdmt/pipeline/sequence_runner.h"
-#include "sdmt/pipeline/track_writers.h"
-#include "sdmt/pipeline/zone_writer.h"
+#include "tracking/track_outputs.h"
+#include "tracking/track_run.h"
 
 namespace sdmt::tools {
 
-namespace {
-
-void warn(const std::string& text) { say(stderr, "sdmt track: warning: {}\n", text); }
-
-struct TrackCommand {
-  std::string input;
-  std::string output;
-  std::string jsonl;
-  std::string render;
-  std::string json;
-  std::string explain;
-  std::string rotate;
-  std::string zones;
-  pipeline::ZoneFiles zone_files;
-  std::string state;
-  int state_every = 100;
-  bool moving_camera = false;
-  bool stats = false;
-  DetectionArguments detections;
-  LiveArguments live;
-  TrackerArguments tracker;
-
-  void run() const;
-  // The zones for the input's picture. Throws when they do not fit it.
-  zones::ZonePlan zone_plan(const pipeline::FrameSource& frames) const;
-
- private:
-  // Throws when no output is wanted.
-  void check_wanted() const;
-  // Throws when an output cannot be written.
-  void check_outputs(const pipeline::DetectionSource& boxes) const;
-  // Throws when the sequence has no images and something needs them.
-  void check_images(const pipeline::FrameSource& frames, pipeline::DetectionSource& boxes) const;
-  // Throws when there is a state to be kept that some output or input cannot go on from.
-  void check_state(const pipeline::FrameSource& frames) const;
-  std::string run_name() const;
-  // Throws when the boxes bring embeddings along that cannot be used as the options say.
-  void check_embeddings(pipeline::DetectionSource& boxes) const;
-  void report(const pipeline::RunReport& report) const;
-};
-
-// Everything that a run leaves behind.
-class Outputs {
- public:
-  Outputs(const TrackCommand& command, const pipeline::FrameSource& frames, track::Tracker& tracker)
-      : unreadable_(warn) {
-    std::optional<pipeline::Flowing> flowing;
-    if (frames.live()) flowing = {pipeline::Rotation::parse(command.rotate), warn};
-    if (!command.output.empty()) {
-      writers_.push_back(pipeline::make_mot_writer(command.output, flowing));
-    }
-    if (!command.jsonl.empty()) {
-      writers_.push_back(pipeline::make_jsonl_writer(
-          command.jsonl, pipeline::display_name(command.input), flowing));
-    }
-    if (!command.render.empty()) {
-      writers_.push_back(
-          pipeline::make_video_writer(command.render, command.input, frames, unreadable_, flowing));
-    }
-    if (!command.zones.empty()) {
-      auto writer = std::make_unique<pipeline::ZoneWriter>(command.zone_plan(frames),
-                                                           command.zone_files, flowing);
-      zones_ = writer.get();
-      writers_.push_back(std::move(writer));
-    }
-    if (!command.json.empty()) json_.emplace(command.json);
-    if (!command.explain.empty()) explanation_.emplace(command.explain, tracker);
-  }
-
-  pipeline::UnreadableFrames& unreadable() { return unreadable_; }
-  bool need_images() const {
-    return std::any_of(writers_.begin(), writers_.end(),
-                       [](const auto& writer) { return writer->needs_images(); });
-  }
-  const pipeline::ZoneWriter* zones() const { return zones_; }
-  void read(const pipeline::Frame& frame) {
-    for (const auto& writer : writers_) writer->read(frame);
-  }
-  void write(const track::FinishedFrame& frame, const pipeline::FrameTime& time) {
-    for (const auto& writer : writers_) writer->write(frame, time);
-  }
-  // The video comes last: it is the one that fails on a full disk, and the others are to be kept.
-  void commit(const pipeline::RunReport& report) {
-    if (explanation_) explanation_->commit();
-    if (json_) {
-      json_->write(run_report_json(report));
-      json_->commit();
-    }
-    for (const auto& writer : writers_) writer->commit();
-  }
-
- private:
-  pipeline::UnreadableFrames unreadable_;
-  std::vector<std::unique_ptr<pipeline::TrackWriter>> writers_;
-  const pipeline::ZoneWriter* zones_ = nullptr;  // one of them
-  std::optional<io::OutputFile> json_;
-  std::optional<pipeline::AssociationLog> explanation_;
-};
-
 void TrackCommand::check_wanted() const {
   if (output.empty() && jsonl.empty() && render.empty() && json.empty() && zones.empty() &&
-      !stats) {
+      !stats && serve.empty()) {
     throw std::invalid_argument(
-        "nothing to do: give --output, --jsonl, --render, --zones, --json or --stats");
+        "nothing to do: give --output, --jsonl, --render, --zones, --json, --stats or --serve");
   }
 }
 
@@ -182,6 +77,7 @@ void TrackCommand::check_state(const pipeline::FrameSource& frames) const {
   if (!detections.every.empty()) refuse("--detect-every");
   if (moving_camera) refuse("--moving-camera");
   if (!render.empty() && !frames.repeatable()) refuse("--render of a camera or stream");
+  if (!zones.empty() && frames.live()) refuse("--zones of a camera or stream");
 }
 
 // What makes two runs the same, beside the options and the model, which the snapshot knows.
@@ -226,16 +122,20 @@ void TrackCommand::check_images(const pipeline::FrameSource& frames,
 }
 
 void TrackCommand::report(const pipeline::RunReport& report) const {
-  note("{}", run_summary(report));
-  if (stats) say(stdout, "{}", stage_table(report));
+  note("{}{}", prefix(), run_summary(report));
+  if (stats) say(stdout, "{}{}", prefix(), stage_table(report));
 }
 
-void TrackCommand::run() const {
+void TrackCommand::run_one(const Appearances& appearances,
+                           const std::function<bool()>& asked_to_stop, CameraView* view) const {
+  const auto warn = [this](const std::string& text) { this->warn(text); };
   check_wanted();
   // Open: until here a signal ends the process at once, whatever an input waits for.
   const auto frames = live.open(input, detections.look_at_frames(), warn);
   const auto boxes = detections.open(input);
-  const StopSignal stop;
+  std::optional<StopSignal> own;
+  if (!asked_to_stop) own.emplace();
+  const auto stopped = [&] { return own ? own->requested() : asked_to_stop(); };
 
   // Check: everything that can be wrong is found before the work begins.
   track::TrackerOptions options = tracker.options;
@@ -253,29 +153,30 @@ void TrackCommand::run() const {
   if (!odd.empty()) warn(boxes->file().string() + ": " + odd);
 
   const bool given = tracker.uses_appearance() && boxes->descriptor() != nullptr;
-  const auto loaded = given ? nullptr : tracker.load_appearance(warn);
+  const auto loaded = given ? nullptr : appearances ? appearances() : tracker.load_appearance(warn);
   track::Tracker engine(options, given ? boxes->descriptor() : loaded.get());
-  Outputs outputs(*this, *frames, engine);
+  Outputs outputs(*this, *frames, engine, view);
 
-  image::CameraMotionEstimator camera;
+  image::CameraMotionEstimator motion;
   std::optional<pipeline::RunState> kept;
   if (!state.empty()) kept.emplace(state, run_name(), state_every);
   pipeline::RunReport run;
   {
-    Progress progress("tracking", frames->frame_count(), "frames");
+    std::optional<Progress> progress;
+    if (camera.empty()) progress.emplace("tracking", frames->frame_count(), "frames");
     pipeline::RunObservers observers;
     observers.read = [&](const pipeline::Frame& frame) {
       outputs.read(frame);
-      progress.update(frame.number, live_note(*frames));
+      if (progress) progress->update(frame.number, live_note(*frames));
     };
     observers.finished = [&](const track::FinishedFrame& frame, const pipeline::FrameTime& time) {
       outputs.write(frame, time);
     };
     observers.warning = warn;
-    observers.stop = [&] { return stop.requested(); };
+    observers.stop = stopped;
     observers.unreadable = &outputs.unreadable();
     observers.state = kept ? &*kept : nullptr;
-    observers.camera = moving_camera ? &camera : nullptr;
+    observers.camera = moving_camera ? &motion : nullptr;
     const bool images = loaded != nullptr || outputs.need_images();
     run = pipeline::run_sequence(*frames, *boxes, engine, images, observers);
   }
@@ -288,10 +189,11 @@ void TrackCommand::run() const {
   outputs.commit(run);
   report(run);
   if (outputs.zones() != nullptr) {
-    say(jsonl == "-" ? stderr : stdout, "{}", zone_counts_text(outputs.zones()->counter()));
+    say(jsonl == "-" ? stderr : stdout, "{}{}", prefix(),
+        zone_counts_text(outputs.zones()->counter()));
   }
   if (run.failure != nullptr) std::rethrow_exception(run.failure);
-  if (stop.requested() || run.boxes_ended) return;
+  if (stopped() || run.boxes_ended) return;
   if (kept) kept->remove();
   if (frames->endless() || (run.ended_early && !frames->repeatable())) {
     throw std::runtime_error(
@@ -300,21 +202,25 @@ void TrackCommand::run() const {
   }
 }
 
-}  // namespace
-
 void add_track_command(CLI::App& app) {
   auto command = std::make_shared<TrackCommand>();
   CLI::App* sub =
       app.add_subcommand("track", "Track pedestrians through a video or image sequence");
-  sub->add_option("input", command->input,
-                  "MOT sequence folder, image folder, video file, camera:N or rtsp:// URL")
+  sub->add_option("input", command->inputs,
+                  "MOT sequence folder, image folder, video file, camera:N or rtsp:// URL; several "
+                  "with --output-dir")
       ->required()
+      ->expected(1, 64)
       ->type_name("INPUT");
   sub->add_option("--output", command->output,
                   "Tracks as MOTChallenge result rows; - for standard output")
       ->type_name("FILE");
   add_detection_arguments(*sub, command->detections);
   add_live_arguments(*sub, command->live);
+  sub->add_option("--output-dir", command->output_dir,
+                  "Folder of a folder for each input, in which its outputs have the names that "
+                  "their options say [--output tracks.txt]")
+      ->type_name("DIR");
   sub->add_option("--jsonl", command->jsonl, "Finished frames as JSON lines; - for standard output")
       ->type_name("FILE");
   sub->add_option("--render", command->render,
@@ -324,6 +230,15 @@ void add_track_command(CLI::App& app) {
                   "Of a camera or stream: put files aside when they are as large or old as this, "
                   "100MB or 1h (videos: 10min) [never]")
       ->type_name("SIZE|TIME");
+  sub->add_flag("--blur", command->blur,
+                "Make people unrecognisable in what --render and --serve show");
+  sub->add_option("--serve", command->serve,
+                  "Show pictures and state to browsers; PORT: on this machine alone")
+      ->type_name("[ADDRESS:]PORT");
+  sub->add_option("--serve-token", command->serve_token,
+                  "What a viewer has to bring along, as ?token= or Authorization: Bearer")
+      ->type_name("TOKEN")
+      ->needs("--serve");
   sub->add_option("--json", command->json, "Counts and speed as JSON")->type_name("FILE");
   sub->add_option("--explain", command->explain,
                   "CSV of which tracks were joined, and why others were not")

@@ -48,7 +48,8 @@ std::unique_ptr<TrackWriter> make_jsonl_writer(const std::string& path, const st
 std::unique_ptr<TrackWriter> make_video_writer(const std::string& path, const std::string& input,
                                                const FrameSource& source,
                                                UnreadableFrames& unreadable,
-                                               const std::optional<Flowing>& flowing = {});
+                                               const std::optional<Flowing>& flowing = {},
+                                               bool blur = false);
 
 /// The longest that a frame of a video is shown, however late the next one comes, seconds.
 inline constexpr double kLongestStill = 10;

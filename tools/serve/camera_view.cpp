@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "serve/camera_view.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "sdmt/media/image_file.h"
+#include "sdmt/pipeline/frame_replay.h"
+#include "sdmt/pipeline/people_blur.h"
+#include "sdmt/pipeline/track_renderer.h"
+#include "sdmt/pipeline/utc_time.h"
+
+namespace sdmt::tools {
+
+std::string CameraView::state() const {
+  const std::lock_guard lock(mutex_);
+  nlohmann::ordered_json state{{"camera", name_}, {"running", running_}, {"frame", frame_.frame}};
+  if (time_.time) state["time"] = *time_.time;
+  if (time_.wall_clock) state["utc"] = pipeline::utc_text(*time_.wall_clock);
+  state["people"] = nlohmann::json::array();
+  for (const track::TrackedBox& box : frame_.boxes) {
+    state["people"].push_back(
+        {{"id", box.id}, {"box", {box.box.left, box.box.top, box.box.width, box.box.height}}});
+  }
+  state["most_people"] = most_;
+  state["people_so_far"] = largest_id_;
+  if (live_) {
+    state["received"] = live_->received;
+    state["dropped"] = live_->dropped;
+    state["garbled"] = live_->garbled;
+    state["losses"] = live_->losses;
+    state["lag"] = live_->lag;
+  }
+  return state.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+std::string CameraView::metrics() const {
+  const std::lock_guard lock(mutex_);
+  std::string text;
+  const auto line = [&](const char* metric, double value) {
+    text += fmt::format("sdmt_{}{{camera=\"{}\"}} {}\n", metric, name_, value);
+  };
+  line("running", running_ ? 1 : 0);
+  line("frames_total", static_cast<double>(frames_));
+  line("people", static_cast<double>(frame_.boxes.size()));
+  line("people_total", largest_id_);
+  if (live_) {
+    line("frames_received_total", static_cast<double>(live_->received));
+    line("frames_dropped_total", static_cast<double>(live_->dropped));
+    line("frames_garbled_total", static_cast<double>(live_->garbled));
+    line("losses_total", static_cast<double>(live_->losses));
+    line("lag_seconds", live_->lag);
+  }
+  return text;
+}
+
+std::vector<std::uint8_t> CameraView::picture(std::int64_t& after) const {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, std::chrono::seconds(1), [&] { return pictures_ > after || !running_; });
+  if (pictures_ <= after) return {};
+  after = pictures_;
+  return picture_;
+}
+
+std::vector<std::uint8_t> CameraView::next_picture() const {
+  std::int64_t after = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    after = pictures_;
+  }
+  auto jpeg = picture(after);
+  return jpeg.empty() ? picture(after) : jpeg;
+}
+
+bool CameraView::is_running() const {
+  const std::lock_guard lock(mutex_);
+  return running_;
+}
+
+void CameraView::show(const track::FinishedFrame& frame, const pipeline::FrameTime& time,
+                      const std::optional<pipeline::LiveCounts>& live) {
+  const std::lock_guard lock(mutex_);
+  frame_ = frame;
+  time_ = time;
+  live_ = live;
+  ++frames_;
+  most_ = std::max(most_, static_cast<int>(frame.boxes.size()));
+  for (const track::TrackedBox& box : frame.boxes) largest_id_ = std::max(largest_id_, box.id);
+}
+
+void CameraView::show_picture(std::vector<std::uint8_t> jpeg) {
+  const std::lock_guard lock(mutex_);
+  picture_ = std::move(jpeg);
+  ++pictures_;
+  changed_.notify_all();
+}
+
+void CameraView::end() {
+  const std::lock_guard lock(mutex_);
+  running_ = false;
+  changed_.notify_all();
+}
+
+struct ViewWriter::Pictures {
+  pipeline::FrameReplay replay;
+  pipeline::TrackRenderer renderer;
+  std::chrono::steady_clock::time_point shown;
+};
+
+ViewWriter::ViewWriter(CameraView& view, const std::string& input,
+                       const pipeline::FrameSource& source, bool blur)
+    : view_(view), source_(source), blur_(blur) {
+  if (source.has_images()) {
+    pictures_ = std::make_unique<Pictures>(Pictures{pipeline::FrameReplay(input, source), {}, {}});
+  }
+}
+
+ViewWriter::~ViewWriter() { view_.end(); }
+
+bool ViewWriter::needs_images() const {
+  return pictures_ != nullptr && pictures_->replay.keeps_images();
+}
+
+void ViewWriter::read(const pipeline::Frame& frame) {
+  if (pictures_ != nullptr) pictures_->replay.add(frame);
+}
+
+void ViewWriter::write(const track::FinishedFrame& frame, const pipeline::FrameTime& time) {
+  view_.show(frame, time, source_.live());
+  if (pictures_ == nullptr) return;
+  constexpr int kQuality = 80;
+  constexpr std::chrono::milliseconds kBetweenPictures{100};
+  pipeline::Frame picture = pictures_->replay.next();
+  if (blur_) pipeline::blur_people(frame, picture.image);
+  pictures_->renderer.draw(frame, picture.image);
+  const auto now = std::chrono::steady_clock::now();
+  if (!view_.is_watched() || now - pictures_->shown < kBetweenPictures) return;
+  pictures_->shown = now;
+  view_.show_picture(media::encode_jpeg(picture.image, kQuality));
+}
+
+}  // namespace sdmt::tools

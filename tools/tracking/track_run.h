@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fmt/core.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/console.h"
+#include "cli/detection_arguments.h"
+#include "cli/live_arguments.h"
+#include "cli/tracker_arguments.h"
+#include "sdmt/image/crop_descriptor.h"
+#include "sdmt/pipeline/sequence_runner.h"
+#include "sdmt/pipeline/zone_writer.h"
+#include "serve/camera_view.h"
+
+namespace sdmt::tools {
+
+using Appearances = std::function<std::unique_ptr<image::CropDescriptor>()>;
+
+/// `sdmt track` as the command line describes it.
+struct TrackCommand {
+  std::vector<std::string> inputs;
+  std::string output_dir;
+  std::string serve;
+  std::string serve_token;
+  bool blur = false;
+  std::string input;
+  std::string camera;  // its name among several inputs; empty for one alone
+  std::string output;
+  std::string jsonl;
+  std::string render;
+  std::string json;
+  std::string explain;
+  std::string rotate;
+  std::string zones;
+  pipeline::ZoneFiles zone_files;
+  std::string state;
+  int state_every = 100;
+  bool moving_camera = false;
+  bool stats = false;
+  DetectionArguments detections;
+  LiveArguments live;
+  TrackerArguments tracker;
+
+  // All inputs.
+  void run() const;
+  // One of several lines of text for whoever watches.
+  void warn(const std::string& text) const {
+    say(stderr, "sdmt track: {}warning: {}\n", prefix(), text);
+  }
+  // The zones for the input's picture. Throws when they do not fit it.
+  zones::ZonePlan zone_plan(const pipeline::FrameSource& frames) const;
+
+ private:
+  std::string prefix() const { return camera.empty() ? "" : camera + ": "; }
+  // `view`: where what is to be seen goes, for --serve; nullptr where nobody looks.
+  void run_one(const Appearances& appearances, const std::function<bool()>& stop,
+               CameraView* view) const;
+  void run_many(const std::vector<std::unique_ptr<CameraView>>& views) const;
+  // The same for one of several inputs, with outputs in a folder of its own.
+  TrackCommand of_camera(const std::string& one, const std::string& name) const;
+  // Throws when no output is wanted.
+  void check_wanted() const;
+  // Throws when an output cannot be written.
+  void check_outputs(const pipeline::DetectionSource& boxes) const;
+  // Throws when the sequence has no images and something needs them.
+  void check_images(const pipeline::FrameSource& frames, pipeline::DetectionSource& boxes) const;
+  // Throws when there is a state to be kept that some output or input cannot go on from.
+  void check_state(const pipeline::FrameSource& frames) const;
+  std::string run_name() const;
+  // Throws when the boxes bring embeddings along that cannot be used as the options say.
+  void check_embeddings(pipeline::DetectionSource& boxes) const;
+  void report(const pipeline::RunReport& report) const;
+};
+
+}  // namespace sdmt::tools
