@@ -35,10 +35,10 @@ LiveSource::LiveSource(std::string name, std::unique_ptr<FrameSource> first, Ope
                        Closing closing, LiveOptions options)
     : name_(std::move(name)),
       open_(std::move(open)),
-      closing_(std::move(closing)),
       options_(std::move(options)),
       frame_rate_(first->frame_rate()),
-      first_(std::move(first)) {
+      first_(std::move(first)),
+      closing_(std::move(closing)) {
   options_.validate();
 }
 

@@ -164,11 +164,15 @@ TEST(Video, IrregularFramesAreShownAsLongAsTheyLasted) {
   int number = 0;
   // The third falls into the picture of the second; a minute without frames is not shown.
   for (const double time : {0.0, 0.4, 0.41, 1.0, 61.0}) {
-    Frame frame{.number = ++number, .image = image::Image(kWidth, kHeight)};
+    Frame frame;
+    frame.number = ++number;
+    frame.image = image::Image(kWidth, kHeight);
     std::fill(frame.image.bgr.begin(), frame.image.bgr.end(),
               static_cast<std::uint8_t>(40 * number));
     video->read(frame);
-    video->write({.frame = number}, {.time = time});
+    track::FinishedFrame finished;
+    finished.frame = number;
+    video->write(finished, {.time = time});
   }
   video->commit();
   const auto source = open_frame_source(folder / "v.avi");

@@ -166,7 +166,8 @@ TrainingSet coloured_people() {
     }
     set.identities.push_back(identity);
   }
-  ValidationSet validation{"colours", {}, {}};
+  ValidationSet validation;
+  validation.name = "colours";
   for (int person = 0; person < 8; ++person) {
     for (int k = 0; k < 2; ++k) {
       add(validation.images, person);

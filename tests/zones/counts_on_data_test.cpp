@@ -59,8 +59,9 @@ TEST(CountsOnData, TracksCountAsTheGroundTruthDoes) {
   }
   const AreaCounts right = truth.areas()[0], ours = counted.areas()[0];
   EXPECT_GE(right.stays, 10);
-  EXPECT_NEAR(static_cast<double>(ours.stays), static_cast<double>(right.stays),
-              0.25 * static_cast<double>(right.stays));
+  // Somebody who was hidden may come back as another: then a stay is counted as two.
+  EXPECT_GE(ours.stays, right.stays - 1);
+  EXPECT_LE(ours.stays, right.stays + right.stays / 3);
   EXPECT_NEAR(ours.dwell, right.dwell, 0.1 * right.dwell);
   EXPECT_LE(std::abs(ours.most_inside - right.most_inside), 1);
 }
