@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// update_time BOXES: microseconds of processor time that Tracker::update() takes a frame of a file of boxes, by
-// motion alone. What bench/python_overhead.py compares the Python module with.
+// update_time BOXES: microseconds of processor time that Tracker::update() takes a frame of a file
+// of boxes, by motion alone. What bench/python_overhead.py compares the Python module with.
 #include <cstdio>
 #include <ctime>
 
