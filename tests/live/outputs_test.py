@@ -10,13 +10,11 @@ import re
 import resource
 import signal
 import subprocess
-import tempfile
 import time
 import unittest
 
-from camera_server import Camera
+from scene_camera import SDMT, SceneCamera
 
-SDMT = os.environ["SDMT_BINARY"]
 SCHEMA = json.loads(pathlib.Path(os.environ["SDMT_SCHEMA"]).read_text())
 KILLS = int(os.environ.get("SDMT_KILLS", 3))
 TYPES = {"object": dict, "array": list, "string": str, "integer": int, "number": (int, float)}
@@ -54,22 +52,9 @@ def fits(value, schema, where="line"):
     return None
 
 
-class Outputs(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.path = pathlib.Path(folder.name)
-        scene = self.path / "scene"
-        subprocess.run([SDMT, "synth", "scene", "--output", scene, "--frames", "50", "--walkers",
-                        "4", "--width", "240", "--height", "136"], check=True, capture_output=True)
-        pictures = [file.read_bytes() for file in sorted((scene / "img1").iterdir())]
-        self.camera = Camera([pictures], [[("frames", 100000, 50)]])
-        self.addCleanup(self.camera.close)
-        # The scene again and again, as the camera shows it.
-        rows = (scene / "det/det.txt").read_text().split("\n")
-        boxes = [row.split(",", 1) for row in rows if row]
-        (self.path / "det.txt").write_text("".join(
-            f"{int(frame) + 50 * turn},{rest}\n" for turn in range(40) for frame, rest in boxes))
+class Outputs(SceneCamera):
+    size = (240, 136)
+    rate = 50
 
     def start(self, *words, **more):
         process = subprocess.Popen(

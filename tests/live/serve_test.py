@@ -3,39 +3,21 @@
 """sdmt track --serve. SDMT_BINARY names sdmt, SDMT_VIEWERS how many look at once (50)."""
 import json
 import os
-import pathlib
 import re
 import signal
 import socket
 import subprocess
-import tempfile
 import time
 import unittest
 import urllib.error
 import urllib.request
 
-from camera_server import Camera
+from scene_camera import SDMT, SceneCamera
 
-SDMT = os.environ["SDMT_BINARY"]
 VIEWERS = int(os.environ.get("SDMT_VIEWERS", 50))
 
 
-class Serve(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.path = pathlib.Path(folder.name)
-        scene = self.path / "scene"
-        subprocess.run([SDMT, "synth", "scene", "--output", scene, "--frames", "50", "--walkers",
-                        "4", "--width", "320", "--height", "180"], check=True, capture_output=True)
-        pictures = [file.read_bytes() for file in sorted((scene / "img1").iterdir())]
-        self.camera = Camera([pictures], [[("frames", 100000, 20)]])
-        self.addCleanup(self.camera.close)
-        rows = (scene / "det/det.txt").read_text().split("\n")
-        boxes = [row.split(",", 1) for row in rows if row]
-        (self.path / "det.txt").write_text("".join(
-            f"{int(frame) + 50 * turn},{rest}\n" for turn in range(40) for frame, rest in boxes))
-
+class Serve(SceneCamera):
     def start(self, *words, output=()):
         self.process = subprocess.Popen(
             [SDMT, "track", self.camera.url, "--no-appearance", "--detections",
