@@ -33,21 +33,17 @@ void TrackCommand::check_wanted() const {
 }
 
 void TrackCommand::check_outputs(const pipeline::DetectionSource& boxes) const {
+  std::vector<NamedPath> outputs;
+  for_each_output(*this, [&](const char* option, const std::string& file) {
+    outputs.push_back({option, file});
+  });
+  if (!state.empty()) outputs.push_back({"--state", state + ".frames"});
   tools::check_outputs({{"INPUT", input},
                         {"--detections", boxes.file()},
                         {"--detector", detections.detector},
                         {"--model", tracker.model},
                         {"--zones", zones}},
-                       {{"--output", output},
-                        {"--jsonl", jsonl},
-                        {"--render", render},
-                        {"--json", json},
-                        {"--explain", explain},
-                        {"--state", state},
-                        {"--state", state.empty() ? "" : state + ".frames"},
-                        {"--events", zone_files.events},
-                        {"--counts", zone_files.counts},
-                        {"--heat-map", zone_files.heat_map}});
+                       outputs);
 }
 
 zones::ZonePlan TrackCommand::zone_plan(const pipeline::FrameSource& frames) const {

@@ -24,23 +24,14 @@ TrackCommand TrackCommand::of_camera(const std::string& one, const std::string& 
   command.input = one;
   command.camera = name;
   const auto folder = std::filesystem::path(output_dir) / name;
-  const auto move = [&](const char* option, std::string& file) {
+  for_each_output(command, [&](const char* option, std::string& file) {
     if (file.empty()) return;
     if (file == "-" || std::filesystem::path(file).filename() != file) {
       throw std::invalid_argument(std::string(option) + " is " + io::quoted(file) +
                                   ", expected the name of a file in the folders of --output-dir");
     }
     file = folder / file;
-  };
-  move("--output", command.output);
-  move("--jsonl", command.jsonl);
-  move("--render", command.render);
-  move("--json", command.json);
-  move("--explain", command.explain);
-  move("--state", command.state);
-  move("--events", command.zone_files.events);
-  move("--counts", command.zone_files.counts);
-  move("--heat-map", command.zone_files.heat_map);
+  });
   std::filesystem::create_directories(folder);
   return command;
 }

@@ -77,4 +77,19 @@ struct TrackCommand {
   void report(const pipeline::RunReport& report) const;
 };
 
+/// Calls visit(option, file) for every file that the options of a run, a TrackCommand, may name for
+/// it to leave.
+template <typename Command, typename Visit>
+void for_each_output(Command& command, Visit&& visit) {
+  visit("--output", command.output);
+  visit("--jsonl", command.jsonl);
+  visit("--render", command.render);
+  visit("--json", command.json);
+  visit("--explain", command.explain);
+  visit("--state", command.state);
+  visit("--events", command.zone_files.events);
+  visit("--counts", command.zone_files.counts);
+  visit("--heat-map", command.zone_files.heat_map);
+}
+
 }  // namespace sdmt::tools
