@@ -54,7 +54,11 @@ void BatchNorm::forward(const Tensor& x, Tensor& y, Mode mode) {
 
 void BatchNorm::train(const Tensor& x, Tensor& y, bool relu) {
   output_shape(x.shape());
-  move_to_batch(x);
+  if (frozen_) {
+    *batch_ = running_statistics();
+  } else {
+    move_to_batch(x);
+  }
   ChannelAffine steps = affine(*batch_);
   steps.relu = relu;
   channel_affine(x, steps, y);
@@ -107,7 +111,9 @@ void BatchNorm::backward(const Tensor& x, const Tensor& dy, Tensor* dx, bool rel
   add_to_gradient(sums.dy, bias_);
   if (dx == nullptr) return;
   const double rows = static_cast<double>(shards.images()) * x.shape().h * x.shape().w;
-  channel_input_gradient(x, dy, *batch_, forward, sums, rows, *dx);
+  // Frozen statistics do not depend on x.
+  channel_input_gradient(x, dy, *batch_, forward, frozen_ ? zero_sums(options_.num_features) : sums,
+                         rows, *dx);
 }
 
 }  // namespace sdmt::nn

@@ -186,6 +186,30 @@ TEST_P(LayerBackward, BatchNormSeesThroughTheStatistics) {
   }
 }
 
+TEST_P(LayerBackward, FrozenBatchNormIsAffine) {
+  Random random(17);
+  for (const Shape in : {Shape{1, 1, 1, 3}, Shape{2, 3, 3, 4}, Shape{5, 23, 13, 9}}) {
+    BatchNorm norm({.num_features = in.c, .eps = 1e-2});
+    norm.freeze_statistics(true);
+    norm.weight().value = random_tensor({1, 1, 1, in.c}, random);
+    norm.bias().value = random_tensor({1, 1, 1, in.c}, random);
+    norm.running_mean().value = random_tensor({1, 1, 1, in.c}, random);
+    for (float& variance : norm.running_var().value.values()) {
+      variance = static_cast<float>(random.uniform(0.1, 4));
+    }
+    const Array mean(norm.running_mean().value), variance(norm.running_var().value);
+    expect_right_gradients(
+        norm, random_tensor(in, random),
+        [&](const Array& x, const std::vector<Array>& parameters) {
+          return oracle::batch_norm_inference(x, parameters[0], parameters[1], mean, variance,
+                                              1e-2);
+        },
+        random);
+    EXPECT_EQ(Array(norm.running_mean().value).values, mean.values);
+    EXPECT_EQ(Array(norm.running_var().value).values, variance.values);
+  }
+}
+
 TEST_P(LayerBackward, InstanceNormSeesThroughTheStatistics) {
   Random random(16);
   for (const Shape in : {Shape{1, 1, 2, 3}, Shape{3, 3, 3, 4}, Shape{2, 23, 27, 9}}) {

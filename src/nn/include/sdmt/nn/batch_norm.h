@@ -38,13 +38,17 @@ class BatchNorm : public Layer {
   Buffer& running_mean() { return running_mean_; }  ///< [1,1,1,num_features]
   Buffer& running_var() { return running_var_; }    ///< [1,1,1,num_features]
 
+  /// Frozen, a training pass normalises by the running statistics, as inference does, and leaves
+  /// them as they are: for fine-tuning on few images. weight and bias still learn.
+  void freeze_statistics(bool frozen) { frozen_ = frozen; }
+
   std::string_view type() const override { return "BatchNorm"; }
   Shape output_shape(Shape in) const override;
   void infer(const Tensor& x, Tensor& y) const override;
-  /// Throws std::invalid_argument in training mode when a channel has a single value (batch of
-  /// one).
+  /// Throws std::invalid_argument in training mode, unless frozen, when a channel has a single
+  /// value (batch of one).
   void forward(const Tensor& x, Tensor& y, Mode mode) override;
-  /// Uses the batch statistics of the last forward in training mode. Does not read y.
+  /// Uses the statistics of the last forward in training mode. Does not read y.
   void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
   std::vector<Parameter*> parameters() override { return {&weight_, &bias_}; }
   std::vector<Buffer*> buffers() override { return {&running_mean_, &running_var_}; }
@@ -63,6 +67,7 @@ class BatchNorm : public Layer {
   Parameter bias_;
   Buffer running_mean_;
   Buffer running_var_;
+  bool frozen_ = false;
   std::unique_ptr<ChannelStatistics> batch_;  // of the last forward in training mode
 };
 
