@@ -38,9 +38,10 @@ std::vector<DistanceCount> count(std::span<const float> positives,
   return counts;
 }
 
-void check_fpr(double fpr) {
-  if (!(fpr >= 0.0 && fpr <= 1.0)) {
-    throw std::invalid_argument("ROC: fpr is " + std::to_string(fpr) + ", expected 0 to 1");
+void check_rate(const char* name, double rate) {
+  if (!(rate >= 0.0 && rate <= 1.0)) {
+    throw std::invalid_argument(std::string("ROC: ") + name + " is " + std::to_string(rate) +
+                                ", expected 0 to 1");
   }
 }
 
@@ -107,13 +108,22 @@ double Roc::eer() const {
 }
 
 double Roc::tpr_at_fpr(double target) const {
-  check_fpr(target);
+  check_rate("fpr", target);
   // The highest point at or left of the target, then along the segment to the next.
   std::size_t i = counts_.size();
   while (fpr(i) > target) --i;
   if (i == counts_.size()) return 1.0;
   const double part = (target - fpr(i)) / (fpr(i + 1) - fpr(i));
   return tpr(i) + part * (tpr(i + 1) - tpr(i));
+}
+
+double Roc::fpr_at_tpr(double target) const {
+  check_rate("tpr", target);
+  std::size_t i = 0;
+  while (tpr(i) < target) ++i;
+  if (i == 0) return 0.0;
+  const double part = (target - tpr(i - 1)) / (tpr(i) - tpr(i - 1));
+  return fpr(i - 1) + part * (fpr(i) - fpr(i - 1));
 }
 
 namespace {
@@ -149,7 +159,7 @@ double Roc::tau_a_eer() const {
 }
 
 double Roc::tau_a_at_fpr(double target) const {
-  check_fpr(target);
+  check_rate("fpr", target);
   std::size_t i = counts_.size();
   while (fpr(i) > target) --i;
   return 1.0 - threshold_after(i);

@@ -56,6 +56,8 @@ TEST(Roc, PerfectUselessAndReversed) {
   EXPECT_DOUBLE_EQ(useless.auc(), 0.5);
   EXPECT_DOUBLE_EQ(useless.eer(), 0.5);
   EXPECT_DOUBLE_EQ(useless.tpr_at_fpr(0.25), 0.25);
+  EXPECT_DOUBLE_EQ(useless.fpr_at_tpr(0.7), 0.7);
+  EXPECT_DOUBLE_EQ(perfect.fpr_at_tpr(1.0), 0.0);
 }
 
 TEST(Roc, FiguresOfACurveDrawnByHand) {
@@ -67,6 +69,9 @@ TEST(Roc, FiguresOfACurveDrawnByHand) {
   EXPECT_DOUBLE_EQ(roc.tpr_at_fpr(0.0), 0.5);
   EXPECT_DOUBLE_EQ(roc.tpr_at_fpr(0.1), 0.5);
   EXPECT_DOUBLE_EQ(roc.tpr_at_fpr(0.25), 1.0);
+  EXPECT_DOUBLE_EQ(roc.fpr_at_tpr(0.0), 0.0);
+  EXPECT_DOUBLE_EQ(roc.fpr_at_tpr(0.5), 0.0);
+  EXPECT_DOUBLE_EQ(roc.fpr_at_tpr(0.75), 0.25);
   EXPECT_DOUBLE_EQ(roc.eer(), 0.25);  // on the vertical at 0.25, where tpr = 0.75
   EXPECT_DOUBLE_EQ(roc.accuracy(), (1.0 + 0.75) / 2);
   EXPECT_NEAR(roc.tau_a_max_accuracy(), 1 - 0.35, 1e-7);
@@ -136,6 +141,8 @@ TEST(Roc, RefusesWhatHasNoCurve) {
       ThrowsMessage<std::invalid_argument>(HasSubstr("ascend")));
   EXPECT_THAT([&] { Roc(some, some).tpr_at_fpr(1.5); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("fpr is 1.5")));
+  EXPECT_THAT([&] { Roc(some, some).fpr_at_tpr(-1); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("tpr is -1")));
   EXPECT_THAT([&] { distance_histogram(Roc(some, some), 0); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("bins is 0")));
 }

@@ -44,6 +44,8 @@ class Roc {
   double eer() const;
   /// Height of the curve, linear between its points, at `fpr` in [0, 1].
   double tpr_at_fpr(double fpr) const;
+  /// The other way round: where the curve, linear between its points, reaches `tpr` in [0, 1].
+  double fpr_at_tpr(double tpr) const;
   /// Largest share of right answers when both classes are equally frequent: max (tpr + 1 - fpr)
   /// / 2.
   double accuracy() const;
