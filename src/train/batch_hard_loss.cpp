@@ -45,13 +45,14 @@ struct HardPairs {
 };
 
 HardPairs mine(std::size_t anchor, std::span<const double> distances, std::span<const int> labels,
-               std::span<const int> samples) {
+               std::span<const int> samples, const Strangers& strangers) {
   HardPairs hard;
   const std::size_t n = labels.size();
   for (std::size_t j = 0; j < n; ++j) {
     const double distance = distances[anchor * n + j];
     const bool same_person = labels[j] == labels[anchor];
     if (same_person && samples[j] == samples[anchor]) continue;
+    if (!same_person && strangers && !strangers(labels[anchor], labels[j])) continue;
     HardPair& pair = same_person ? hard.positive : hard.negative;
     const bool harder = same_person ? distance > pair.distance : distance < pair.distance;
     if (pair.partner < 0 || harder) pair = {static_cast<std::ptrdiff_t>(j), distance};
@@ -120,7 +121,7 @@ void BatchHardOptions::validate() const {
 template <typename T>
 BatchHardResult batch_hard_loss(std::span<const T> embeddings, std::span<const int> labels,
                                 std::span<const int> samples, const BatchHardOptions& options,
-                                std::span<T> gradient) {
+                                std::span<T> gradient, const Strangers& strangers) {
   options.validate();
   const std::size_t n = labels.size();
   if (n < 2 || samples.size() != n || embeddings.size() % n != 0 ||
@@ -151,7 +152,7 @@ BatchHardResult batch_hard_loss(std::span<const T> embeddings, std::span<const i
   };
   std::size_t positives = 0, negatives = 0, active = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const HardPairs hard = mine(i, distances, labels, samples);
+    const HardPairs hard = mine(i, distances, labels, samples, strangers);
     const Terms terms = anchor_terms(hard, options);
     result.loss += weight * terms.loss;
     add_gradient(i, hard.positive, terms.d_positive);
@@ -181,10 +182,10 @@ BatchHardResult batch_hard_loss(std::span<const T> embeddings, std::span<const i
 
 template BatchHardResult batch_hard_loss<float>(std::span<const float>, std::span<const int>,
                                                 std::span<const int>, const BatchHardOptions&,
-                                                std::span<float>);
+                                                std::span<float>, const Strangers&);
 template BatchHardResult batch_hard_loss<double>(std::span<const double>, std::span<const int>,
                                                  std::span<const int>, const BatchHardOptions&,
-                                                 std::span<double>);
+                                                 std::span<double>, const Strangers&);
 
 std::string CollapseMonitor::add(const MiningStatistics& mining) {
   constexpr int kPatience = 50;

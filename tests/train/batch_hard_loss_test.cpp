@@ -24,9 +24,11 @@ struct Batch {
   std::vector<int> labels;
   std::vector<int> samples;
 
+  Strangers strangers;
+
   BatchHardResult loss(const BatchHardOptions& options, std::vector<double>& gradient) const {
     gradient.assign(embeddings.size(), 0.0);
-    return batch_hard_loss<double>(embeddings, labels, samples, options, gradient);
+    return batch_hard_loss<double>(embeddings, labels, samples, options, gradient, strangers);
   }
 };
 
@@ -61,7 +63,10 @@ double contrastive_by_definition(const Batch& batch, double margin) {
         squared += difference * difference;
       }
       const double distance = std::sqrt(squared + 1e-12);
-      if (batch.labels[i] != batch.labels[j]) nearest = std::min(nearest, distance);
+      if (batch.labels[i] != batch.labels[j] &&
+          (!batch.strangers || batch.strangers(batch.labels[i], batch.labels[j]))) {
+        nearest = std::min(nearest, distance);
+      }
       if (batch.labels[i] == batch.labels[j] && batch.samples[i] != batch.samples[j]) {
         farthest = std::max(farthest, distance);
       }
@@ -126,6 +131,21 @@ TEST(BatchHardLoss, OddBatchesHaveGradientsToo) {
     std::vector<double> gradient;
     batch.loss(options, gradient);
     EXPECT_LT(gradient_error(batch, options, gradient), 1e-7);
+  }
+}
+
+TEST(BatchHardLoss, OnlyStrangersPushOneAnother) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    Batch batch = random_batch(5, 3, 0.1, seed);
+    batch.strangers = [](int a, int b) { return (a < 2) == (b < 2) && a != 4 && b != 4; };
+    for (const auto& options : {contrastive(0.2), triplet(8)}) {
+      std::vector<double> gradient;
+      batch.loss(options, gradient);
+      EXPECT_LT(gradient_error(batch, options, gradient), 1e-7);
+    }
+    std::vector<double> gradient;
+    EXPECT_NEAR(batch.loss(contrastive(0.5), gradient).loss, contrastive_by_definition(batch, 0.5),
+                1e-15);
   }
 }
 

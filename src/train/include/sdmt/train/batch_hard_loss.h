@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <string>
@@ -51,18 +52,22 @@ struct BatchHardResult {
   MiningStatistics mining;
 };
 
+/// Whether two labels are known to belong to two people.
+using Strangers = std::function<bool(int, int)>;
+
 /// Loss of a batch of embeddings and its gradient.
 ///
 /// `embeddings` is [n, dim] row by row; `labels` says who is on each image, `samples` which image
 /// it is: an image drawn twice is not its own positive. An anchor without a positive (or negative)
 /// partner skips that term, which still counts in the mean. Among equally hard partners the first
 /// row wins. Distances are sqrt(d^2 + 1e-12), so that the gradient exists at 0. `gradient`, [n,
-/// dim], is overwritten with dL/d(embeddings).
-/// T is float or double. Throws std::invalid_argument when the sizes do not fit together.
+/// dim], is overwritten with dL/d(embeddings). With `strangers`, only images of labels that it
+/// holds to be two people are negatives of one another; it is symmetric. Without, all different
+/// labels. T is float or double. Throws std::invalid_argument when the sizes do not fit together.
 template <typename T>
 BatchHardResult batch_hard_loss(std::span<const T> embeddings, std::span<const int> labels,
                                 std::span<const int> samples, const BatchHardOptions& options,
-                                std::span<T> gradient);
+                                std::span<T> gradient, const Strangers& strangers = {});
 
 /// Watches the mining of a training and tells, once each, when it cannot be learning.
 class CollapseMonitor {
