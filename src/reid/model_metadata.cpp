@@ -57,6 +57,17 @@ TrainingSummary read_training(const JsonReader& reader) {
   return training;
 }
 
+AdaptationSummary read_adaptation(const JsonReader& reader) {
+  AdaptationSummary adaptation;
+  adaptation.start = reader.get<std::string>("start", "");
+  if (reader.has("scenes")) adaptation.scenes = reader.get_texts("scenes");
+  adaptation.date = reader.get<std::string>("date", "");
+  adaptation.iterations = reader.get<std::int64_t>("iterations", 0);
+  if (reader.has("before")) adaptation.before = reader.get_numbers("before");
+  if (reader.has("after")) adaptation.after = reader.get_numbers("after");
+  return adaptation;
+}
+
 [[noreturn]] void refuse(const std::string& field, const std::string& value,
                          const std::string& expected) {
   throw std::invalid_argument("metadata " + field + " is " + value + ", expected " + expected);
@@ -108,15 +119,23 @@ void ModelMetadata::validate() const {
       refuse("tau_a.false_positive_rate", std::to_string(*fpr), "0 to 1");
     }
   }
+  const auto check_steps = [](const std::string& field, std::int64_t iterations) {
+    if (iterations < 0) refuse(field, std::to_string(iterations), ">= 0");
+  };
+  const auto check_scores = [](const std::string& field,
+                               const std::map<std::string, double>& scores) {
+    for (const auto& [name, score] : scores) {
+      if (!std::isfinite(score)) refuse(field + name, std::to_string(score), "a finite number");
+    }
+  };
   if (training) {
-    if (training->iterations < 0) {
-      refuse("training.iterations", std::to_string(training->iterations), ">= 0");
-    }
-    for (const auto& [name, score] : training->scores) {
-      if (!std::isfinite(score)) {
-        refuse("training.scores." + name, std::to_string(score), "a finite number");
-      }
-    }
+    check_steps("training.iterations", training->iterations);
+    check_scores("training.scores.", training->scores);
+  }
+  if (adaptation) {
+    check_steps("adaptation.iterations", adaptation->iterations);
+    check_scores("adaptation.before.", adaptation->before);
+    check_scores("adaptation.after.", adaptation->after);
   }
 }
 
@@ -149,6 +168,12 @@ std::string to_json(const ModelMetadata& metadata) {
                           {"loss", metadata.training->loss},
                           {"scores", metadata.training->scores}};
   }
+  if (metadata.adaptation) {
+    object["adaptation"] = {
+        {"start", metadata.adaptation->start},   {"scenes", metadata.adaptation->scenes},
+        {"date", metadata.adaptation->date},     {"iterations", metadata.adaptation->iterations},
+        {"before", metadata.adaptation->before}, {"after", metadata.adaptation->after}};
+  }
   object["provenance"] = metadata.provenance;
   // Texts that are no UTF-8 (a dataset's folder name) must not make saving fail.
   return object.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
@@ -168,6 +193,7 @@ ModelMetadata parse_model_metadata(std::string_view text, const std::string& sou
   metadata.margin = reader.get<double>("margin", metadata.margin);
   if (reader.has("tau_a")) metadata.tau_a = read_threshold(reader.object("tau_a"));
   if (reader.has("training")) metadata.training = read_training(reader.object("training"));
+  if (reader.has("adaptation")) metadata.adaptation = read_adaptation(reader.object("adaptation"));
   metadata.provenance = reader.get<std::string>("provenance", "");
   try {
     metadata.validate();

@@ -17,7 +17,9 @@ enum class Purpose : std::uint64_t {
   images,
   view,
   augmentation,
-  unlabelled
+  unlabelled,
+  scene_batch,
+  scene_anchors
 };
 
 /// The generator for the a-th, b-th use of a purpose; a < 2^24, b < 2^32.

@@ -2,6 +2,7 @@
 #include "trained_network.h"
 
 #include "hash.h"
+#include "sdmt/nn/batch_norm.h"
 
 namespace sdmt::train {
 
@@ -29,6 +30,14 @@ nn::Shape TrainedNetwork::front_shape(int batch) const {
 const nn::Tensor& TrainedNetwork::run_front(const nn::Tensor& patches) {
   const nn::Tensor& map = network_.trunk().forward(patches, nn::Mode::inference, 0, trunk_cut_);
   return head().forward(map, nn::Mode::inference, 0, head_cut_);
+}
+
+void TrainedNetwork::freeze_statistics() {
+  for (nn::Sequential* part : {&network_.trunk(), &head()}) {
+    for (int i = 0; i < part->size(); ++i) {
+      if (auto* norm = dynamic_cast<nn::BatchNorm*>(&part->layer(i))) norm->freeze_statistics(true);
+    }
+  }
 }
 
 void TrainedNetwork::set_shards(const nn::BatchShards* shards) {

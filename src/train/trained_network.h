@@ -29,6 +29,8 @@ class TrainedNetwork {
   // [n, height, width, 3] -> front_shape(n). Valid until the next call of any function here.
   const nn::Tensor& run_front(const nn::Tensor& patches);
 
+  // The trained layers normalise by the statistics that they have, and keep them.
+  void freeze_statistics();
   // Of which batch the training passes to come are a part: see nn::Layer::set_shards().
   void set_shards(const nn::BatchShards* shards);
   // front_shape(n) -> [n, 1, 1, embedding size]. In training mode `front` must live until

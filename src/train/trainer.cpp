@@ -299,6 +299,7 @@ void Trainer::finish() {
   run.model.metadata.training = std::move(summary);
   run.model.metadata.margin = run.options.loss.margin;
   run.model.metadata.tau_a.reset();  // held for the old weights
+  run.model.metadata.adaptation.reset();
 }
 
 }  // namespace sdmt::train

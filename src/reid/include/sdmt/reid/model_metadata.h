@@ -31,6 +31,16 @@ struct TrainingSummary {
   std::map<std::string, double> scores;  ///< e.g. {"validation auc", 0.98}
 };
 
+/// How a network was fitted to a scene by the tracks of people in it, after its training.
+struct AdaptationSummary {
+  std::string start;                     ///< name of the model it began with
+  std::vector<std::string> scenes;       ///< names, no paths
+  std::string date;                      ///< "2026-11-27 06:01 UTC"
+  std::int64_t iterations = 0;           ///< optimiser steps
+  std::map<std::string, double> before;  ///< scores on the part held out, e.g. {"auc", 0.93}
+  std::map<std::string, double> after;   ///< likewise
+};
+
 /// Everything a model file says about its network beside the weights.
 struct ModelMetadata {
   static constexpr int kFormatVersion = 1;
@@ -42,10 +52,11 @@ struct ModelMetadata {
   /// Order in which the first Linear's weight in the file reads the feature map: "CHW", as PyTorch
   /// flattens.
   std::string flatten_order = "CHW";
-  double margin = 0.2;                      ///< of the contrastive loss; > 0
-  std::optional<AffinityThreshold> tau_a;   ///< absent until validated
-  std::optional<TrainingSummary> training;  ///< absent for an untrained network
-  std::string provenance;                   ///< free text: where the weights come from, licence
+  double margin = 0.2;                          ///< of the contrastive loss; > 0
+  std::optional<AffinityThreshold> tau_a;       ///< absent until validated
+  std::optional<TrainingSummary> training;      ///< absent for an untrained network
+  std::optional<AdaptationSummary> adaptation;  ///< absent for a network that was not adapted
+  std::string provenance;                       ///< free text: where the weights come from, licence
 
   /// Of vgg16, or of another network; all the rest is at its default.
   ModelMetadata();
