@@ -57,6 +57,7 @@ void add_commands(CLI::App& app) {
   add_manual_command(app);
   add_bench_command(app);
   add_train_embedder_command(app);
+  add_adapt_command(app);
   add_track_command(app);
   add_validate_roc_command(app);
   CLI::App* synth = app.add_subcommand("synth", "Make practice data");

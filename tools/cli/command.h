@@ -12,6 +12,7 @@ namespace sdmt::tools {
 // code, and gives every command --config and --threads.
 
 void add_ablate_command(CLI::App& app);
+void add_adapt_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_count_command(CLI::App& app);
 void add_detect_command(CLI::App& app);

@@ -88,6 +88,16 @@ void print_model(reid::Model& model) {
   } else {
     say(stdout, "training       none\n");
   }
+  if (metadata.adaptation) {
+    const auto& adaptation = *metadata.adaptation;
+    say(stdout, "adapted        from {} to {}, {}, {} iterations\n", adaptation.start,
+        fmt::join(adaptation.scenes, ", "), adaptation.date, adaptation.iterations);
+    for (const auto& [name, score] : adaptation.before) {
+      const auto after = adaptation.after.find(name);
+      if (after == adaptation.after.end()) continue;
+      say(stdout, "               {} {:.4f}, before {:.4f}\n", name, after->second, score);
+    }
+  }
   say(stdout, "provenance     {}\n\n",
       metadata.provenance.empty() ? "unknown" : metadata.provenance);
 

@@ -184,6 +184,7 @@ void add_validate_roc_command(CLI::App& app) {
       ->type_name("DIR");
   sub->add_option("--frame-step", command->crops.frame_step, "Of a MOT sequence, every Nth frame")
       ->capture_default_str();
+  add_frame_range(*sub, command->crops.frames, "Of a MOT sequence, only these frames [all]");
   sub->add_option("--pairs", command->validation.pairs,
                   "Pairs of each kind, a seeded sample [all pairs]");
   sub->add_option("--seed", command->validation.seed, "Of samples and intervals")

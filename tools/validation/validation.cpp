@@ -102,6 +102,7 @@ nlohmann::ordered_json curve_json(const ValidatedCurve& curve) {
            {{"0.1", roc.tpr_at_fpr(0.1)},
             {"0.01", roc.tpr_at_fpr(0.01)},
             {"0.001", roc.tpr_at_fpr(0.001)}}},
+          {"fpr_at_tpr", {{"0.7", roc.fpr_at_tpr(0.7)}, {"0.9", roc.fpr_at_tpr(0.9)}}},
           {"accuracy", roc.accuracy()},
           {"positives", curve.pairs.counts.positives},
           {"negatives", curve.pairs.counts.negatives},
@@ -262,6 +263,16 @@ void ValidationOptions::validate() const {
   }
 }
 
+ThresholdChoice choose_threshold(const reid::Roc& roc, const std::string& criterion,
+                                 double target_fpr) {
+  if (criterion == "fpr") return choice("fpr", roc.tau_a_at_fpr(target_fpr), roc);
+  for (ThresholdChoice& candidate : threshold_choices(roc)) {
+    if (candidate.criterion == criterion) return std::move(candidate);
+  }
+  throw std::invalid_argument("criterion is '" + criterion +
+                              "', expected accuracy, eer, crossing or fpr");
+}
+
 ValidationScores score(const DescribedCrops& described, std::span<const Contender> contenders,
                        const ValidationOptions& options, const std::string& data,
                        const std::function<void(std::int64_t)>& progress) {
@@ -292,18 +303,7 @@ ValidationScores score(const DescribedCrops& described, std::span<const Contende
   progress(kScoringSteps * static_cast<std::int64_t>(described.rows.size()));
   const reid::Roc& roc = scores.contenders.front().person_only.pairs.roc;
   scores.thresholds = threshold_choices(roc);
-  if (options.criterion == "fpr") {
-    scores.chosen = choice("fpr", roc.tau_a_at_fpr(options.target_fpr), roc);
-  } else {
-    const auto found =
-        std::find_if(scores.thresholds.begin(), scores.thresholds.end(),
-                     [&](const auto& t) { return t.criterion == options.criterion; });
-    if (found == scores.thresholds.end()) {
-      throw std::invalid_argument("criterion is '" + options.criterion +
-                                  "', expected accuracy, eer, crossing or fpr");
-    }
-    scores.chosen = *found;
-  }
+  scores.chosen = choose_threshold(roc, options.criterion, options.target_fpr);
   return scores;
 }
 

@@ -52,6 +52,10 @@ struct ThresholdChoice {
   double fpr = 0;
 };
 
+/// By a criterion of ValidationOptions. Throws std::invalid_argument for another.
+ThresholdChoice choose_threshold(const reid::Roc& roc, const std::string& criterion,
+                                 double target_fpr);
+
 struct ValidationScores {
   std::string data;  ///< name of the folder
   int images = 0;

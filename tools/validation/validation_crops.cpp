@@ -48,7 +48,8 @@ std::vector<ValidationCrop> list_reid_set(const fs::path& folder) {
   return crops;
 }
 
-std::vector<ValidationCrop> list_sequence(const fs::path& folder, int frame_step) {
+std::vector<ValidationCrop> list_sequence(const fs::path& folder,
+                                          const ValidationCropOptions& options) {
   const auto sequence = mot::Sequence::read(folder);
   auto width = sequence.width;
   auto height = sequence.height;
@@ -59,7 +60,8 @@ std::vector<ValidationCrop> list_sequence(const fs::path& folder, int frame_step
   }
   std::vector<ValidationCrop> crops;
   for (const auto& row : mot::read_ground_truth(sequence.ground_truth())) {
-    if ((row.frame - 1) % frame_step != 0 || row.category > 1) continue;
+    if ((row.frame - 1) % options.frame_step != 0 || row.category > 1) continue;
+    if (!options.frames.contains(row.frame)) continue;
     const image::PixelRect rect = track::to_pixel_rect(row.box);
     const bool inside = std::round(rect.left) >= 0 && std::round(rect.top) >= 0 &&
                         std::round(rect.left + rect.width) <= width &&
@@ -69,8 +71,9 @@ std::vector<ValidationCrop> list_sequence(const fs::path& folder, int frame_step
     crops.push_back({sequence.image(row.frame), rect, row.id + 1, 0, true, true});
   }
   if (crops.empty()) {
-    throw std::invalid_argument(fmt::format("{}: no box lies inside the image in frames 1, {}, ...",
-                                            sequence.ground_truth().string(), 1 + frame_step));
+    throw std::invalid_argument(fmt::format(
+        "{}: no box lies inside the image in those of frames 1, {}, ... that are wanted",
+        sequence.ground_truth().string(), 1 + options.frame_step));
   }
   return crops;
 }
@@ -113,9 +116,8 @@ std::vector<ValidationCrop> list_validation_crops(const ValidationCropOptions& o
     throw std::invalid_argument(
         fmt::format("frame_step is {}, expected at least 1", options.frame_step));
   }
-  auto crops = mot::Sequence::is_sequence(options.data)
-                   ? list_sequence(options.data, options.frame_step)
-                   : list_reid_set(options.data);
+  auto crops = mot::Sequence::is_sequence(options.data) ? list_sequence(options.data, options)
+                                                        : list_reid_set(options.data);
   for (ValidationCrop& crop : crops) crop.root = options.data;
   if (!options.distractors.empty()) {
     auto distractors = list_distractors(options.distractors);

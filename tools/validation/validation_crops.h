@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/frame_range.h"
 #include "sdmt/image/patch.h"
 
 namespace sdmt::tools {
@@ -33,6 +34,7 @@ struct ValidationCropOptions {
   /// MOT sequences: frames 1, 1 + frame_step, ...; >= 1. Neighbouring frames are nearly the same
   /// image, which would count as an easy positive.
   int frame_step = 10;
+  FrameRange frames;  ///< of MOT sequences
 };
 
 /// Lists what to validate on, in an order that depends on nothing but names. Of a MOT sequence,
