@@ -4,6 +4,7 @@
 
 #include <pybind11/stl.h>
 
+#include <cmath>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -11,6 +12,7 @@
 
 #include "arrays.h"
 #include "module.h"
+#include "sdmt/image/camera_motion.h"
 #include "sdmt/io/checked_value.h"
 #include "sdmt/reid/embedder.h"
 #include "sdmt/track/given_embeddings.h"
@@ -53,6 +55,49 @@ track::TrackerOptions to_options(const OptionTexts& texts) {
   return options;
 }
 
+// A 2 x 3 matrix as a motion. A zoom of 0 and the like are the tracker's to refuse.
+std::optional<image::CameraMotion> to_motion(const py::object& camera) {
+  if (camera.is_none()) return std::nullopt;
+  const auto matrix = to_array<Doubles>(camera, "camera");
+  require_shape(matrix.ndim() == 2 && matrix.shape(0) == 2 && matrix.shape(1) == 3, "camera",
+                matrix, "(2, 3)");
+  const auto m = matrix.unchecked<2>();
+  constexpr double kTolerance = 1e-6;  // of who computes in float
+  if (!(std::abs(m(0, 0) - m(1, 1)) <= kTolerance && std::abs(m(0, 1) + m(1, 0)) <= kTolerance)) {
+    throw std::invalid_argument(
+        "camera is no shift, zoom and roll, expected ((a, -b, tx), (b, a, "
+        "ty)), as cv2.estimateAffinePartial2D gives it");
+  }
+  return image::CameraMotion{m(0, 0), m(1, 0), m(0, 2), m(1, 2)};
+}
+
+// What is known of a frame beside its boxes: pixels are looked at where they lie, so it must not
+// outlive the objects that it was made of.
+class Frame {
+ public:
+  Frame(const py::object& image, image::ChannelOrder order, std::optional<double> time,
+        const py::object& camera) {
+    if (!image.is_none()) view_ = to_image(image, order, owner_);
+    time_ = time;
+    camera_ = to_motion(camera);
+  }
+
+  // Vectors were given: nobody looks at the pixels.
+  void needs_no_image() {
+    static constexpr std::uint8_t kPixel[3] = {};
+    view_ = image::ImageView{kPixel, 1, 1, 3, image::ChannelOrder::bgr};
+  }
+  track::FrameContext context() const {
+    return {.image = view_ ? &*view_ : nullptr, .time = time_, .camera = camera_};
+  }
+
+ private:
+  py::object owner_;
+  std::optional<image::ImageView> view_;
+  std::optional<double> time_;
+  std::optional<image::CameraMotion> camera_;
+};
+
 // A tracker with its appearance, safe to be used by several threads: one after the other.
 class PythonTracker {
  public:
@@ -73,32 +118,26 @@ class PythonTracker {
 
   std::vector<FramePointer> update(const py::object& boxes, const py::object& scores,
                                    const py::object& image, std::optional<double> time,
-                                   const py::object& embeddings) {
+                                   const py::object& embeddings, const py::object& camera) {
     const auto detections = to_detections(boxes, scores);
     std::vector<float> vectors;
     if (!embeddings.is_none() || (given_ != nullptr && !detections.empty())) {
       vectors = to_vectors(embeddings, detections.size());
     }
-    py::object owner;
-    std::optional<image::ImageView> view;
-    if (!image.is_none()) view = to_image(image, order_, owner);
-    if (given_ != nullptr) {
-      static constexpr std::uint8_t kPixel[3] = {};
-      view = image::ImageView{kPixel, 1, 1, 3, image::ChannelOrder::bgr};  // it is not looked at
-    }
+    Frame frame(image, order_, time, camera);
+    if (given_ != nullptr) frame.needs_no_image();
     const py::gil_scoped_release free;
     const std::scoped_lock lock(mutex_);
     if (given_ != nullptr) given_->set(detections, vectors);
-    return copies(tracker_->update(detections, {.image = view ? &*view : nullptr, .time = time}));
+    return copies(tracker_->update(detections, frame.context()));
   }
 
-  std::vector<FramePointer> skip(const py::object& image, std::optional<double> time) {
-    py::object owner;
-    std::optional<image::ImageView> view;
-    if (!image.is_none()) view = to_image(image, order_, owner);
+  std::vector<FramePointer> skip(const py::object& image, std::optional<double> time,
+                                 const py::object& camera) {
+    const Frame frame(image, order_, time, camera);
     const py::gil_scoped_release free;
     const std::scoped_lock lock(mutex_);
-    return copies(tracker_->skip({.image = view ? &*view : nullptr, .time = time}));
+    return copies(tracker_->skip(frame.context()));
   }
 
   std::vector<FramePointer> finish() {
@@ -199,6 +238,32 @@ class PythonEmbedder {
  private:
   image::ChannelOrder order_;
   reid::Embedder embedder_;
+  std::mutex mutex_;
+};
+
+class PythonCameraMotionEstimator {
+ public:
+  explicit PythonCameraMotionEstimator(const std::string& order) : order_(parse_order(order)) {}
+
+  py::object next(const py::object& image, const py::object& boxes) {
+    py::object owner;
+    const image::ImageView view = to_image(image, order_, owner);
+    std::vector<image::PixelRect> people;
+    for (const mot::Tlwh& box : to_boxes(boxes)) people.push_back(track::to_pixel_rect(box));
+    std::optional<image::CameraMotion> motion;
+    {
+      const py::gil_scoped_release free;
+      const std::scoped_lock lock(mutex_);
+      motion = estimator_.next(view, people);
+    }
+    if (!motion) return py::none();
+    const double rows[] = {motion->a, 0 - motion->b, motion->tx, motion->b, motion->a, motion->ty};
+    return py::array_t<double>({2, 3}, rows);
+  }
+
+ private:
+  image::ChannelOrder order_;
+  image::CameraMotionEstimator estimator_;
   std::mutex mutex_;
 };
 
@@ -320,6 +385,7 @@ void add_tracker(py::module_& module) {
       .def(py::init<const PythonModel*, bool, const std::string&, const OptionTexts&>())
       .def("update", &PythonTracker::update, "boxes"_a, "scores"_a = py::none(),
            "image"_a = py::none(), "time"_a = py::none(), "embeddings"_a = py::none(),
+           "camera"_a = py::none(),
            R"(Takes the next frame and returns the frames finished by it, in order.
 
 Call it for every frame, also for those without boxes or without an image.
@@ -335,11 +401,18 @@ time: seconds on any clock, which must rise. With the option frame_rate frames m
     or not at all: those that never came are no misses. None: the frame is one after the last.
 embeddings: (n, d) numbers, a vector for each box of a tracker made with embeddings=True; scaled
     to length 1.
+camera: (2, 3) numbers ((a, -b, tx), (b, a, ty)), how the picture moved since the frame before
+    because the camera did, as cv2.estimateAffinePartial2D and CameraMotionEstimator give it: a
+    point (x, y) of the frame before is at (a x - b y + tx, b x + a y + ty) now; the first pixel
+    begins at 0. Everything that the tracker knows moves along; boxes are reported where they are in their own frame. None: the
+    camera stood still.
 
 Raises ValueError for a box that is not finite, has no extent or lies beyond 1e12 pixels, a score
-that is not finite, a time that does not rise, and shapes that do not fit; the tracker is then as if the call had not been
-made. RuntimeError after finish().)")
+that is not finite, a time that does not rise, a shift of the camera beyond 1e6 pixels or a zoom
+beyond 0.1..10, and shapes that do not fit; the tracker is then as if the call had not been made.
+RuntimeError after finish().)")
       .def("skip", &PythonTracker::skip, "image"_a = py::none(), "time"_a = py::none(),
+           "camera"_a = py::none(),
            "The next frame, at which no detector looked: people move on as predicted and nobody "
            "misses a detection. Returns and raises as update().")
       .def("save", &PythonTracker::save,
@@ -373,6 +446,24 @@ rows says how unlike two people look. Raises ValueError for shapes and types tha
       .def_property_readonly(
           "tau_a", [](const PythonEmbedder& e) { return e.embedder().tau_a(); },
           "The model's threshold, see Model.tau_a.");
+
+  py::class_<PythonCameraMotionEstimator>(
+      module, "CameraMotionEstimator",
+      R"(Finds how a camera moved from frame to frame, as `sdmt track --moving-camera` does.
+
+order: of the channels, "bgr" or "rgb".
+
+    motion = sdmt.CameraMotionEstimator()
+    tracker.update(boxes, scores, image, camera=motion.next(image, boxes)))")
+      .def(py::init<const std::string&>(), py::kw_only(), "order"_a = "bgr")
+      .def("next", &PythonCameraMotionEstimator::next, "image"_a, "boxes"_a = py::list(),
+           R"(The motion since the image given last, as Tracker.update() takes it.
+
+image: uint8 (height, width, 3), not copied; boxes: (n, 4) of the people in it, left, top, width,
+    height, the first pixel is 1: what moves by itself is left out.
+Returns float64 (2, 3), ((a, -b, tx), (b, a, ty)); for the first image, and while the camera stands
+still, exactly ((1, 0, 0), (0, 1, 0)). None where the motion could not be found: too little to go
+by, another size, a cut. Raises ValueError for shapes and types that do not fit.)");
 
   module.def("tracker_options", &option_rows);
   module.attr("DETECTED") = static_cast<int>(track::BoxSource::detected);

@@ -18,11 +18,11 @@ import sys as _sys
 from pathlib import Path as _Path
 
 from . import _sdmt
-from ._sdmt import (BOOSTED, DETECTED, INTERPOLATED, Detections, FinishedFrame, __version__,
-                    find_sequences, reid_metrics, validate_roc)
+from ._sdmt import (BOOSTED, DETECTED, INTERPOLATED, CameraMotionEstimator, Detections,
+                    FinishedFrame, __version__, find_sequences, reid_metrics, validate_roc)
 
-__all__ = ["BOOSTED", "DETECTED", "INTERPOLATED", "Detections", "Embedder", "FinishedFrame",
-           "Model", "Tracker", "evaluate", "find_sequences", "read_detections",
+__all__ = ["BOOSTED", "DETECTED", "INTERPOLATED", "CameraMotionEstimator", "Detections", "Embedder",
+           "FinishedFrame", "Model", "Tracker", "evaluate", "find_sequences", "read_detections",
            "read_ground_truth", "read_results", "reid_metrics", "set_num_threads", "train",
            "tracker_options", "validate_roc", "write_results"]
 
@@ -104,14 +104,14 @@ class Tracker(_sdmt._Tracker):
         super().__init__(_model(model), embeddings, order, {**_config(config), **_texts(options)})
 
     def update_xyxy(self, xyxy, confidence=None, class_id=None, image=None, *, time=None,
-                    embeddings=None, classes=(0,)):
+                    embeddings=None, camera=None, classes=(0,)):
         """update() for boxes as detectors and `supervision` have them.
 
         xyxy: (n, 4) left, top, right, bottom; the first pixel begins at 0.
         confidence: (n,) probabilities, or None.
         class_id: (n,) whole numbers, or None; boxes of other classes than `classes` are left out.
             The default is COCO's 0, people.
-        image, time, embeddings: as update()'s.
+        image, time, embeddings, camera: as update()'s.
 
             tracker.update_xyxy(found.xyxy, found.confidence, found.class_id, image)
 
@@ -128,7 +128,7 @@ class Tracker(_sdmt._Tracker):
             boxes = boxes[wanted]
             confidence = None if confidence is None else np.asarray(confidence)[wanted]
             embeddings = None if embeddings is None else np.asarray(embeddings)[wanted]
-        return self.update(boxes, confidence, image, time, embeddings)
+        return self.update(boxes, confidence, image, time, embeddings, camera)
 
 
 class Embedder(_sdmt._Embedder):

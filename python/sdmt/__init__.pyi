@@ -58,9 +58,13 @@ class Tracker:
         image: NDArray[np.uint8] | None = None,
         time: float | None = None,
         embeddings: ArrayLike | None = None,
+        camera: ArrayLike | None = None,
     ) -> list[FinishedFrame]: ...
     def skip(
-        self, image: NDArray[np.uint8] | None = None, time: float | None = None
+        self,
+        image: NDArray[np.uint8] | None = None,
+        time: float | None = None,
+        camera: ArrayLike | None = None,
     ) -> list[FinishedFrame]: ...
     def save(self) -> bytes: ...
     def restore(self, snapshot: bytes) -> None: ...
@@ -73,10 +77,17 @@ class Tracker:
         *,
         time: float | None = None,
         embeddings: ArrayLike | None = None,
+        camera: ArrayLike | None = None,
         classes: Sequence[int] = (0,),
     ) -> list[FinishedFrame]: ...
     def finish(self) -> list[FinishedFrame]: ...
     def state(self) -> dict[str, Any]: ...
+
+class CameraMotionEstimator:
+    def __init__(self, *, order: Literal["bgr", "rgb"] = "bgr") -> None: ...
+    def next(
+        self, image: NDArray[np.uint8], boxes: ArrayLike = ()
+    ) -> NDArray[np.float64] | None: ...
 
 class Embedder:
     def __init__(

@@ -44,7 +44,8 @@ struct sdmt_tracker {
   std::vector<float> vectors;
   std::vector<sdmt_frame> frames;
 
-  void take(const sdmt_input& input);
+  void take(const sdmt_input& input, const sdmt_camera_motion* camera);
+  void skip(const double* time, const sdmt_camera_motion* camera);
   void keep(const std::vector<track::FinishedFrame>& finished);
 };
 
@@ -61,13 +62,20 @@ sdmt_frame to_c(const track::FinishedFrame& finished) {
   return frame;
 }
 
+track::FrameContext frame_at(const double* time, const sdmt_camera_motion* camera) {
+  track::FrameContext frame;
+  if (time != nullptr) frame.time = *time;
+  if (camera != nullptr) frame.camera = {camera->a, camera->b, camera->tx, camera->ty};
+  return frame;
+}
+
 static_assert(SDMT_DETECTED == static_cast<int>(track::BoxSource::detected) &&
               SDMT_BOOSTED == static_cast<int>(track::BoxSource::boosted) &&
               SDMT_INTERPOLATED == static_cast<int>(track::BoxSource::interpolated));
 
 }  // namespace
 
-void sdmt_tracker::take(const sdmt_input& input) {
+void sdmt_tracker::take(const sdmt_input& input, const sdmt_camera_motion* camera) {
   if (input.size != sizeof(sdmt_input)) {
     throw std::invalid_argument("input: size is " + std::to_string(input.size) +
                                 ", expected sizeof(sdmt_input)");
@@ -93,9 +101,13 @@ void sdmt_tracker::take(const sdmt_input& input) {
     static constexpr std::uint8_t kPixel[3] = {};
     view = image::ImageView{kPixel, 1, 1, 3, image::ChannelOrder::bgr};  // it is not looked at
   }
-  track::FrameContext frame{.image = view ? &*view : nullptr};
-  if (input.time != nullptr) frame.time = *input.time;
+  track::FrameContext frame = frame_at(input.time, camera);
+  if (view) frame.image = &*view;
   keep(tracker.update(detections, frame));
+}
+
+void sdmt_tracker::skip(const double* time, const sdmt_camera_motion* camera) {
+  keep(tracker.skip(frame_at(time, camera)));
 }
 
 void sdmt_tracker::keep(const std::vector<track::FinishedFrame>& finished) {
@@ -143,15 +155,19 @@ sdmt_tracker* sdmt_tracker_new_embedded(const sdmt_options* options, sdmt_error*
 void sdmt_tracker_free(sdmt_tracker* tracker) { delete tracker; }
 
 sdmt_status sdmt_tracker_update(sdmt_tracker* tracker, const sdmt_input* input, sdmt_error* error) {
-  return c::guarded(error, [&] { c::given(tracker, "tracker").take(c::given(input, "input")); });
+  return sdmt_tracker_update_moving(tracker, input, nullptr, error);
 }
 sdmt_status sdmt_tracker_skip(sdmt_tracker* tracker, const double* time, sdmt_error* error) {
-  return c::guarded(error, [&] {
-    c::given(tracker, "tracker");
-    track::FrameContext frame;
-    if (time != nullptr) frame.time = *time;
-    tracker->keep(tracker->tracker.skip(frame));
-  });
+  return sdmt_tracker_skip_moving(tracker, time, nullptr, error);
+}
+sdmt_status sdmt_tracker_update_moving(sdmt_tracker* tracker, const sdmt_input* input,
+                                       const sdmt_camera_motion* camera, sdmt_error* error) {
+  return c::guarded(error,
+                    [&] { c::given(tracker, "tracker").take(c::given(input, "input"), camera); });
+}
+sdmt_status sdmt_tracker_skip_moving(sdmt_tracker* tracker, const double* time,
+                                     const sdmt_camera_motion* camera, sdmt_error* error) {
+  return c::guarded(error, [&] { c::given(tracker, "tracker").skip(time, camera); });
 }
 sdmt_status sdmt_tracker_save(const sdmt_tracker* tracker, uint8_t* bytes, size_t* size,
                               sdmt_error* error) {

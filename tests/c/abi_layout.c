@@ -40,6 +40,11 @@ int main(void) {
   STRUCT(sdmt_merge);
   FIELD(sdmt_merge, from);
   FIELD(sdmt_merge, to);
+  STRUCT(sdmt_camera_motion);
+  FIELD(sdmt_camera_motion, a);
+  FIELD(sdmt_camera_motion, b);
+  FIELD(sdmt_camera_motion, tx);
+  FIELD(sdmt_camera_motion, ty);
   CONSTANT(SDMT_OK);
   CONSTANT(SDMT_FAILED);
   CONSTANT(SDMT_INVALID_ARGUMENT);

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <limits>
 #include <memory>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -281,6 +282,47 @@ void expect_refused(sdmt_status status, const Error& error, const std::string& t
   EXPECT_EQ(sdmt_error_text(error.get()), text);
 }
 
+// The picture jumps to and fro by more than a person is wide; every seventh frame is not looked at.
+TEST(CInterface, WhatIsTrackedMovesWithTheCamera) {
+  const Error error(sdmt_error_new());
+  const auto track = [&](bool told) {
+    const TrackerHandle tracker(sdmt_tracker_new(nullptr, nullptr, error.get()));
+    std::vector<track::FinishedFrame> all;
+    for (int t = 1; t <= Scene::kFrames; ++t) {
+      const double jump = t % 2 == 0 ? 90 : -90;
+      const sdmt_camera_motion camera{1, 0, t == 1 ? 0 : jump, 0};
+      const sdmt_detection box{{100 + t + (t % 2 == 0 ? 90.0 : 0.0), 50, 30, 80}, 0.9};
+      sdmt_input input{};
+      input.size = sizeof input;
+      input.detections = &box;
+      input.count = 1;
+      const sdmt_camera_motion* motion = told ? &camera : nullptr;
+      EXPECT_EQ(t % 7 == 0 ? sdmt_tracker_skip_moving(tracker.get(), nullptr, motion, error.get())
+                           : sdmt_tracker_update_moving(tracker.get(), &input, motion, error.get()),
+                SDMT_OK)
+          << sdmt_error_text(error.get());
+      append(tracker.get(), all);
+    }
+    EXPECT_EQ(sdmt_tracker_finish(tracker.get(), error.get()), SDMT_OK);
+    append(tracker.get(), all);
+    return all;
+  };
+  int frames = 0;
+  for (const auto& frame : track(true)) {
+    for (const auto& box : frame.boxes) {
+      EXPECT_EQ(box.id, 1);
+      EXPECT_NEAR(box.box.left, 100 + frame.frame + (frame.frame % 2 == 0 ? 90 : 0), 1.5);
+      ++frames;
+    }
+  }
+  EXPECT_EQ(frames, Scene::kFrames);
+  std::set<int> ids;
+  for (const auto& frame : track(false)) {
+    for (const auto& box : frame.boxes) ids.insert(box.id);
+  }
+  EXPECT_NE(ids.size(), 1u) << "not told, it is not one person";
+}
+
 TEST(CInterface, ErrorsAreTexts) {
   const Error error(sdmt_error_new());
   const Options options(sdmt_options_new(error.get()));
@@ -308,6 +350,9 @@ TEST(CInterface, ErrorsAreTexts) {
   expect_refused(sdmt_tracker_update(tracker.get(), &input, error.get()), error,
                  "image: stride is 299, expected 3 * width bytes or more");
   input.image = nullptr;
+  const sdmt_camera_motion none{0, 0, 0, 0};
+  expect_refused(sdmt_tracker_update_moving(tracker.get(), &input, &none, error.get()), error,
+                 "camera motion: zoom is 0, expected 0.1..10");
   box.score = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(sdmt_tracker_update(tracker.get(), &input, error.get()), SDMT_INVALID_ARGUMENT);
   EXPECT_EQ(sdmt_tracker_finish(tracker.get(), error.get()), SDMT_OK);

@@ -88,6 +88,11 @@ struct Session {
     require(sdmt_tracker_frame(tracker, sdmt_tracker_finished(tracker)) == nullptr);
   }
 
+  // Mostly small ones, now and then any.
+  static sdmt_camera_motion motion(Input& in) {
+    return {1 + in.number() / 1024, in.number() / 1024, in.number() / 16, in.number() / 16};
+  }
+
   void update(Input& in) {
     const auto flags = in.take<std::uint8_t>();
     std::vector<sdmt_detection> boxes(flags % 8);
@@ -112,12 +117,17 @@ struct Session {
     input.dimension = dimension;
     const double time = in.number();
     if ((flags & 128) != 0) input.time = &time;
-    if (agreed(sdmt_tracker_update(tracker, &input, error))) read_finished();
+    const sdmt_camera_motion camera = motion(in);
+    const bool moves = boxes.size() == 7;
+    if (agreed(sdmt_tracker_update_moving(tracker, &input, moves ? &camera : nullptr, error))) {
+      read_finished();
+    }
   }
 
   void skip(Input& in) {
     const double time = in.number();
-    if (agreed(sdmt_tracker_skip(tracker, &time, error))) read_finished();
+    const sdmt_camera_motion camera = motion(in);
+    if (agreed(sdmt_tracker_skip_moving(tracker, &time, &camera, error))) read_finished();
   }
 
   // Into itself, with a byte of it changed or not.

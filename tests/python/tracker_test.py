@@ -171,6 +171,39 @@ class Times(unittest.TestCase):
             tracker.update([], time=1)
 
 
+class Camera(unittest.TestCase):
+    def run_scene(self, told):
+        """Somebody walks while the picture jumps to and fro; every seventh frame is not looked at."""
+        tracker, frames = sdmt.Tracker(), []
+        for t in range(40):
+            jump = 0 if t == 0 else 90 if t % 2 == 0 else -90
+            camera = [[1, 0, jump], [0, 1, 0]] if told else None
+            box = [[100 + t + (90 if t % 2 == 0 else 0), 50, 30, 80]]
+            frames += (tracker.skip(camera=camera) if t % 7 == 6 else
+                       tracker.update(box, [0.9], camera=camera))
+        return frames + tracker.finish()
+
+    def test_what_is_tracked_moves_along(self):
+        for t, frame in enumerate(self.run_scene(True)):
+            self.assertEqual(frame.ids.tolist(), [1])
+            self.assertAlmostEqual(frame.boxes[0, 0], 100 + t + (90 if t % 2 == 0 else 0), delta=1.5)
+        self.assertNotEqual({i for f in self.run_scene(False) for i in f.ids.tolist()}, {1})
+
+    def test_its_motion_is_found(self):
+        grain = np.random.default_rng(3).normal(size=(300, 420))
+        for axis in (0, 1):
+            grain = sum(np.roll(grain, shift, axis) for shift in range(8))
+        grain = 127 + 40 * grain / grain.std()
+        world = np.repeat(grain.clip(0, 255).astype(np.uint8)[..., None], 3, 2)
+        motion = sdmt.CameraMotionEstimator()
+        still = [[1, 0, 0], [0, 1, 0]]
+        for _ in range(2):
+            np.testing.assert_array_equal(motion.next(world[40:240, 40:360]), still)
+        found = motion.next(world[43:243, 35:355], [[10, 10, 20, 40]])
+        np.testing.assert_allclose(found, [[1, 0, 5], [0, 1, -3]], atol=0.3)
+        self.assertIsNone(motion.next(world[:100, :100]))
+
+
 class Errors(unittest.TestCase):
     def expect(self, kind, text, call, *arguments, **named):
         with self.assertRaises(kind) as raised:
@@ -187,7 +220,12 @@ class Errors(unittest.TestCase):
                 ("width is -3, expected > 0", [[1, 2, -3, 4]]),
                 ("image is float64 (4, 4, 3), expected uint8", [], [], image.astype(float)),
                 ("image is uint8 (4, 4), expected uint8 (height, width, 3)", [], [], image[..., 0]),
-                ("make the tracker with embeddings=True", [[1, 2, 3, 4]], [1], None, None, [[1]])):
+                ("make the tracker with embeddings=True", [[1, 2, 3, 4]], [1], None, None, [[1]]),
+                ("camera has shape (2, 2), expected (2, 3)", [], [], None, None, None, np.eye(2)),
+                ("camera is no shift, zoom and roll, expected ((a, -b, tx), (b, a, ty))", [], [],
+                 None, None, None, [[1, 0.1, 0], [0.1, 1, 0]]),
+                ("camera motion: zoom is 0, expected 0.1..10", [], [], None, None, None,
+                 np.zeros((2, 3)))):
             self.expect(ValueError, text, tracker.update, *arguments)
         self.expect(ValueError, "has no option 'min-io'", sdmt.Tracker, min_io=0.3)
         self.expect(ValueError, "min_iou is 2, expected", sdmt.Tracker, min_iou=2)

@@ -137,6 +137,23 @@ SDMT_API sdmt_status sdmt_tracker_update(sdmt_tracker* tracker, const sdmt_input
 /// detection. `time` as in sdmt_input.
 SDMT_API sdmt_status sdmt_tracker_skip(sdmt_tracker* tracker, const double* time,
                                        sdmt_error* error);
+
+/// How the picture moved since the frame before because the camera did: a point (x, y) of that
+/// frame is at (a x - b y + tx, b x + a y + ty) in this one; a shift, a zoom and a roll. In pixels,
+/// of which the first begins at 0. {1, 0, 0, 0} is a camera that stands still.
+typedef struct {
+  double a, b, tx, ty;
+} sdmt_camera_motion;
+/// sdmt_tracker_update() for a camera that moves: everything that the tracker knows moves along,
+/// and boxes are reported where they are in their own frame. `camera` NULL: it stood still. Shifts
+/// beyond 1e6 pixels and zooms beyond 0.1..10 are refused.
+SDMT_API sdmt_status sdmt_tracker_update_moving(sdmt_tracker* tracker, const sdmt_input* input,
+                                                const sdmt_camera_motion* camera,
+                                                sdmt_error* error);
+/// sdmt_tracker_skip() for a camera that moves.
+SDMT_API sdmt_status sdmt_tracker_skip_moving(sdmt_tracker* tracker, const double* time,
+                                              const sdmt_camera_motion* camera, sdmt_error* error);
+
 /// Everything that the tracker knows: one made alike that restores it goes on with the same output,
 /// in another process or on another machine. `size` says how many bytes `bytes` takes and gets how
 /// many there are; with NULL for `bytes` only that. SDMT_INVALID_ARGUMENT when they do not fit.
