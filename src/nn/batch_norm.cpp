@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "channel_parameters.h"
+#include "channel_affine.h"
 #include "channel_shards.h"
 #include "kernels/channel_norm.h"
 #include "sdmt/io/checked_value.h"
@@ -22,11 +22,11 @@ void BatchNormOptions::validate() const {
 }
 
 BatchNorm::BatchNorm(BatchNormOptions options)
-    : options_(options), batch_(std::make_unique<ChannelStatistics>()) {
-  options_.validate();
-  weight_ = channel_parameter("weight", options_.num_features, options_.initial_gamma);
-  bias_ = channel_parameter("bias", options_.num_features, options_.initial_beta);
-  const Shape shape = weight_.value.shape();
+    : NormLayer((options.validate(), options.num_features), options.initial_gamma,
+                options.initial_beta),
+      options_(options),
+      batch_(std::make_unique<ChannelStatistics>()) {
+  const Shape shape = gamma().shape();
   running_mean_ = {"running_mean", Tensor(shape)};
   running_var_ = {"running_var", Tensor(shape)};
   running_var_.value.fill(1.0F);
@@ -45,11 +45,6 @@ Shape BatchNorm::output_shape(Shape in) const {
 void BatchNorm::infer(const Tensor& x, Tensor& y) const {
   output_shape(x.shape());
   channel_affine(x, affine(running_statistics()), y);
-}
-
-void BatchNorm::forward(const Tensor& x, Tensor& y, Mode mode) {
-  if (mode == Mode::inference) return infer(x, y);
-  train(x, y, false);
 }
 
 void BatchNorm::train(const Tensor& x, Tensor& y, bool relu) {
@@ -95,20 +90,16 @@ ChannelStatistics BatchNorm::running_statistics() const {
 }
 
 ChannelAffine BatchNorm::affine(const ChannelStatistics& statistics) const {
-  return affine_of(statistics, weight_.value, bias_.value);
+  return affine_of(statistics, gamma(), beta());
 }
 
-void BatchNorm::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* dx) {
-  backward(x, dy, dx, false);
-}
-
-void BatchNorm::backward(const Tensor& x, const Tensor& dy, Tensor* dx, bool relu) {
+void BatchNorm::gradients(const Tensor& x, const Tensor& dy, Tensor* dx, bool relu) {
   ChannelAffine forward = affine(*batch_);
   forward.relu = relu;
   const BatchShards shards = shards_of(x);
   const ChannelGradientSums sums = gradient_sums_of_batch(x, dy, *batch_, forward, shards);
-  add_to_gradient(sums.dy_by_x, weight_);
-  add_to_gradient(sums.dy, bias_);
+  add_to_gradient(sums.dy_by_x, weight());
+  add_to_gradient(sums.dy, bias());
   if (dx == nullptr) return;
   const double rows = static_cast<double>(shards.images()) * x.shape().h * x.shape().w;
   // Frozen statistics do not depend on x.

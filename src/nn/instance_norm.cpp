@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "channel_parameters.h"
+#include "channel_affine.h"
 #include "channel_shards.h"
 #include "kernels/channel_norm.h"
 #include "sdmt/io/checked_value.h"
@@ -33,11 +33,10 @@ void InstanceNormOptions::validate() const {
   io::require(eps > 0.0, "InstanceNorm: eps", eps, "> 0");
 }
 
-InstanceNorm::InstanceNorm(InstanceNormOptions options) : options_(options) {
-  options_.validate();
-  weight_ = channel_parameter("weight", options_.num_features, options_.initial_gamma);
-  bias_ = channel_parameter("bias", options_.num_features, options_.initial_beta);
-}
+InstanceNorm::InstanceNorm(InstanceNormOptions options)
+    : NormLayer((options.validate(), options.num_features), options.initial_gamma,
+                options.initial_beta),
+      options_(options) {}
 
 InstanceNorm::~InstanceNorm() = default;
 
@@ -50,15 +49,14 @@ Shape InstanceNorm::output_shape(Shape in) const {
   return in;
 }
 
-void InstanceNorm::infer(const Tensor& x, Tensor& y) const { normalise(x, y, nullptr); }
+void InstanceNorm::infer(const Tensor& x, Tensor& y) const { normalise(x, y, false, nullptr); }
 
-void InstanceNorm::forward(const Tensor& x, Tensor& y, Mode mode) {
-  if (mode == Mode::inference) return infer(x, y);
+void InstanceNorm::train(const Tensor& x, Tensor& y, bool relu) {
   images_.resize(x.shape().n);
-  normalise(x, y, images_.data());
+  normalise(x, y, relu, images_.data());
 }
 
-void InstanceNorm::normalise(const Tensor& x, Tensor& y, ChannelStatistics* kept) const {
+void InstanceNorm::normalise(const Tensor& x, Tensor& y, bool relu, ChannelStatistics* kept) const {
   output_shape(x.shape());
   y.resize(x.shape());
   const int images = x.shape().n;
@@ -69,14 +67,16 @@ void InstanceNorm::normalise(const Tensor& x, Tensor& y, ChannelStatistics* kept
       const Tensor from = x.images(i, 1);
       Tensor to = y.images(i, 1);
       ChannelStatistics statistics = statistics_of(from, options_.eps);
-      channel_affine(from, affine_of(statistics, weight_.value, bias_.value), to);
+      ChannelAffine affine = affine_of(statistics, gamma(), beta());
+      affine.relu = relu;
+      channel_affine(from, affine, to);
       if (kept != nullptr) kept[i] = std::move(statistics);
     });
   }
   error.rethrow();
 }
 
-void InstanceNorm::backward(const Tensor& x, const Tensor&, const Tensor& dy, Tensor* dx) {
+void InstanceNorm::gradients(const Tensor& x, const Tensor& dy, Tensor* dx, bool relu) {
   const int images = x.shape().n;
   if (dx != nullptr) dx->resize(x.shape());
   std::vector<ChannelGradientSums> sums(images);
@@ -86,7 +86,8 @@ void InstanceNorm::backward(const Tensor& x, const Tensor&, const Tensor& dy, Te
     error.guard([&] {
       const Tensor from = x.images(i, 1);
       const Tensor gradient = dy.images(i, 1);
-      const ChannelAffine affine = affine_of(images_[i], weight_.value, bias_.value);
+      ChannelAffine affine = affine_of(images_[i], gamma(), beta());
+      affine.relu = relu;
       const std::int64_t rows = rows_of(from.shape());
       sums[i] =
           std::move(channel_gradient_sums(from, gradient, images_[i], affine, {0, rows}).front());
@@ -97,7 +98,7 @@ void InstanceNorm::backward(const Tensor& x, const Tensor&, const Tensor& dy, Te
     });
   }
   error.rethrow();
-  if (!weight_.trainable && !bias_.trainable) return;
+  if (!weight().trainable && !bias().trainable) return;
   const BatchShards shards = shards_of(x);
   std::vector<ChannelGradientSums> parts(kShards, zero_sums(options_.num_features));
   for (int s = shards.first(); s < shards.end(); ++s) {
@@ -107,8 +108,8 @@ void InstanceNorm::backward(const Tensor& x, const Tensor&, const Tensor& dy, Te
     }
   }
   const ChannelGradientSums total = sum_of_shards(std::move(parts), shards);
-  add_to_gradient(total.dy_by_x, weight_);
-  add_to_gradient(total.dy, bias_);
+  add_to_gradient(total.dy_by_x, weight());
+  add_to_gradient(total.dy, bias());
 }
 
 }  // namespace sdmt::nn

@@ -5,8 +5,8 @@
 #include <cstddef>
 
 #include "convolution.h"
-#include "sdmt/nn/batch_norm.h"
 #include "sdmt/nn/max_pool2d.h"
+#include "sdmt/nn/norm_layer.h"
 #include "sdmt/nn/relu.h"
 
 namespace sdmt::nn {
@@ -18,7 +18,7 @@ TrainingPlan::TrainingPlan(const std::vector<Layer*>& layers) {
   for (std::size_t i = 0; i < layers.size(); ++i) {
     Step step{.layer = layers[i],
               .convolution = dynamic_cast<Conv2d*>(layers[i]),
-              .norm = dynamic_cast<BatchNorm*>(layers[i]),
+              .norm = dynamic_cast<NormLayer*>(layers[i]),
               .pool = dynamic_cast<MaxPool2d*>(layers[i]),
               .relu = is_relu(i)};
     if ((step.convolution != nullptr || step.norm != nullptr) && is_relu(i + 1)) {
@@ -76,7 +76,7 @@ void TrainingPlan::run_backward(Step& step, const Tensor& x, const Tensor& dy, T
     step.convolution->convolution_->input_gradient(x, dy, step.takes_relu_below ? &x : nullptr,
                                                    *dx);
   } else if (step.norm != nullptr) {
-    step.norm->backward(x, dy, dx, step.relu);
+    step.norm->gradients(x, dy, dx, step.relu);
   } else if (step.takes_relu_below) {
     if (dx != nullptr) step.pool->backward_through_relu(x, step.result, dy, *dx);
   } else {

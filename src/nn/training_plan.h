@@ -7,12 +7,12 @@
 
 namespace sdmt::nn {
 
-class BatchNorm;
 class Conv2d;
 class MaxPool2d;
+class NormLayer;
 
 /// How layers run one after another in training, with as few passes over memory as possible: a
-/// convolution or batch normalisation makes the result of the ReLU after it at once, and the
+/// convolution or normalisation makes the result of the ReLU after it at once, and the
 /// gradient of a ReLU is taken in passing by the normalisation below it, or by the convolution or
 /// pooling above it. Values are those of the separate layers.
 class TrainingPlan {
@@ -30,7 +30,7 @@ class TrainingPlan {
   struct Step {
     Layer* layer = nullptr;
     Conv2d* convolution = nullptr;  // what the layer is, if it is one of these
-    BatchNorm* norm = nullptr;
+    NormLayer* norm = nullptr;
     MaxPool2d* pool = nullptr;
     bool relu = false;
     bool relu_taken_above = false;  // the gradient comes through the ReLU already

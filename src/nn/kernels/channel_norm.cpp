@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <type_traits>
 
 #include "sdmt/io/first_error.h"
 
@@ -46,6 +47,34 @@ HWY_INLINE void ForChannels(int channels, const Step& step) {
   for (; c < channels; ++c) step(hn::CappedTag<double, 1>(), c);
 }
 
+/// Rows that some channels are summed over before the next: they stay in the level-1 cache, and the
+/// sums and what is known of the channels in registers.
+constexpr std::int64_t kRowsAtOnce = 16;
+
+constexpr int kMomentVectors = 4;
+constexpr int kGradientVectors = 2;
+
+template <int kCount>
+using Vectors = std::integral_constant<int, kCount>;
+
+/// Calls step(tag, vectors, channel, first row, end of the rows), row by row of each channel in
+/// order: for kVectors vectors of channels where there are as many, for single ones, and for the
+/// last channels one by one.
+template <int kVectors, class Step>
+HWY_INLINE void ForColumns(const ChannelRows& in, const Step& step) {
+  const hn::ScalableTag<double> d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (std::int64_t row = 0; row < in.rows; row += kRowsAtOnce) {
+    const std::int64_t end = std::min(in.rows, row + kRowsAtOnce);
+    int c = 0;
+    for (; c + kVectors * lanes <= in.channels; c += kVectors * lanes) {
+      step(d, Vectors<kVectors>(), c, row, end);
+    }
+    for (; c + lanes <= in.channels; c += lanes) step(d, Vectors<1>(), c, row, end);
+    for (; c < in.channels; ++c) step(hn::CappedTag<double, 1>(), Vectors<1>(), c, row, end);
+  }
+}
+
 template <class D>
 HWY_INLINE hn::Vec<D> LoadDoubles(D d, const float* from) {
   return hn::PromoteTo(d, hn::LoadU(hn::Rebind<float, D>(), from));
@@ -63,33 +92,45 @@ HWY_INLINE hn::Mask<D> Passes(D d, hn::Vec<D> value) {
   return hn::Gt(value, hn::Set(d, 0x1p-150));  // what is smaller is rounded to 0
 }
 
-/// The gradient after the ReLU, if there is one, at channel c of a row.
+/// The gradient at dy after the ReLU, if there is one.
 template <class D>
-HWY_INLINE hn::Vec<D> Gradient(D d, const ChannelRows& in, hn::Vec<D> x, const float* dy, int c) {
-  const auto g = LoadDoubles(d, dy + c);
-  if (!in.relu) return g;
-  const auto y = hn::Add(hn::Mul(x, hn::LoadU(d, in.scale + c)), hn::LoadU(d, in.shift + c));
-  return hn::IfThenElseZero(Passes(d, y), g);
+HWY_INLINE hn::Vec<D> Gradient(D d, bool relu, hn::Vec<D> x, hn::Vec<D> scale, hn::Vec<D> shift,
+                               const float* dy) {
+  const auto g = LoadDoubles(d, dy);
+  if (!relu) return g;
+  return hn::IfThenElseZero(Passes(d, hn::Add(hn::Mul(x, scale), shift)), g);
+}
+
+/// Adds term(tag, x, channel) of all rows to sums.
+template <class Term>
+HWY_INLINE void SumRows(const ChannelRows& in, double* sums, const Term& term) {
+  ForColumns<kMomentVectors>(
+      in, [&](auto d, auto vectors, int c, std::int64_t row, std::int64_t end) HWY_ATTR {
+        constexpr int kVectors = decltype(vectors)::value;
+        const int lanes = static_cast<int>(hn::Lanes(d));
+        hn::Vec<decltype(d)> sum[kVectors];
+        for (int v = 0; v < kVectors; ++v) sum[v] = hn::LoadU(d, sums + c + v * lanes);
+        const float* x = in.x + row * in.channels + c;
+        for (; row < end; ++row, x += in.channels) {
+#pragma GCC unroll 4
+          for (int v = 0; v < kVectors; ++v) {
+            sum[v] = hn::Add(sum[v], term(d, LoadDoubles(d, x + v * lanes), c + v * lanes));
+          }
+        }
+        for (int v = 0; v < kVectors; ++v) hn::StoreU(sum[v], d, sums + c + v * lanes);
+      });
 }
 
 /// mean, squares: of these rows alone.
 void MomentsOfRows(const ChannelRows& in, double* mean, double* squares) {
   std::fill_n(mean, in.channels, 0.0);
   std::fill_n(squares, in.channels, 0.0);
-  const float* x = in.x;
-  for (std::int64_t row = 0; row < in.rows; ++row, x += in.channels) {
-    ForChannels(in.channels, [&](auto d, int c) HWY_ATTR {
-      hn::StoreU(hn::Add(hn::LoadU(d, mean + c), LoadDoubles(d, x + c)), d, mean + c);
-    });
-  }
+  SumRows(in, mean, [](auto, auto x, int) HWY_ATTR { return x; });
   for (int c = 0; c < in.channels; ++c) mean[c] /= static_cast<double>(in.rows);
-  x = in.x;
-  for (std::int64_t row = 0; row < in.rows; ++row, x += in.channels) {
-    ForChannels(in.channels, [&](auto d, int c) HWY_ATTR {
-      const auto centred = hn::Sub(LoadDoubles(d, x + c), hn::LoadU(d, mean + c));
-      hn::StoreU(hn::Add(hn::LoadU(d, squares + c), hn::Mul(centred, centred)), d, squares + c);
-    });
-  }
+  SumRows(in, squares, [mean](auto d, auto x, int c) HWY_ATTR {
+    const auto centred = hn::Sub(x, hn::LoadU(d, mean + c));
+    return hn::Mul(centred, centred);
+  });
 }
 
 void AffineOfRows(const ChannelRows& in, float* y) {
@@ -108,18 +149,39 @@ void AffineOfRows(const ChannelRows& in, float* y) {
 void GradientSumsOfRows(const ChannelRows& in, double* sum, double* sum_by_x) {
   std::fill_n(sum, in.channels, 0.0);
   std::fill_n(sum_by_x, in.channels, 0.0);
-  const float* x = in.x;
-  const float* dy = in.dy;
-  for (std::int64_t row = 0; row < in.rows; ++row, x += in.channels, dy += in.channels) {
-    ForChannels(in.channels, [&](auto d, int c) HWY_ATTR {
-      const auto value = LoadDoubles(d, x + c);
-      const auto g = Gradient(d, in, value, dy, c);
-      const auto centred = hn::Sub(value, hn::LoadU(d, in.mean + c));
-      const auto by_x = hn::Mul(hn::Mul(g, centred), hn::LoadU(d, in.inv_std + c));
-      hn::StoreU(hn::Add(hn::LoadU(d, sum + c), g), d, sum + c);
-      hn::StoreU(hn::Add(hn::LoadU(d, sum_by_x + c), by_x), d, sum_by_x + c);
-    });
-  }
+  ForColumns<kGradientVectors>(
+      in, [&](auto d, auto vectors, int c, std::int64_t row, std::int64_t end) HWY_ATTR {
+        using D = decltype(d);
+        constexpr int kVectors = decltype(vectors)::value;
+        const int lanes = static_cast<int>(hn::Lanes(d));
+        hn::Vec<D> mean[kVectors], inv_std[kVectors], scale[kVectors], shift[kVectors];
+        hn::Vec<D> total[kVectors], total_by_x[kVectors];
+#pragma GCC unroll 4
+        for (int v = 0; v < kVectors; ++v) {
+          const int at = c + v * lanes;
+          mean[v] = hn::LoadU(d, in.mean + at);
+          inv_std[v] = hn::LoadU(d, in.inv_std + at);
+          scale[v] = hn::LoadU(d, in.scale + at);
+          shift[v] = hn::LoadU(d, in.shift + at);
+          total[v] = hn::LoadU(d, sum + at);
+          total_by_x[v] = hn::LoadU(d, sum_by_x + at);
+        }
+        for (std::int64_t at = row * in.channels + c; row < end; ++row, at += in.channels) {
+#pragma GCC unroll 4
+          for (int v = 0; v < kVectors; ++v) {
+            const auto x = LoadDoubles(d, in.x + at + v * lanes);
+            const auto g = Gradient(d, in.relu, x, scale[v], shift[v], in.dy + at + v * lanes);
+            total[v] = hn::Add(total[v], g);
+            total_by_x[v] =
+                hn::Add(total_by_x[v], hn::Mul(hn::Mul(g, hn::Sub(x, mean[v])), inv_std[v]));
+          }
+        }
+#pragma GCC unroll 4
+        for (int v = 0; v < kVectors; ++v) {
+          hn::StoreU(total[v], d, sum + c + v * lanes);
+          hn::StoreU(total_by_x[v], d, sum_by_x + c + v * lanes);
+        }
+      });
 }
 
 void InputGradientOfRows(const ChannelRows& in, const double* mean_dy, const double* mean_dy_by_x,
@@ -129,12 +191,13 @@ void InputGradientOfRows(const ChannelRows& in, const double* mean_dy, const dou
   for (std::int64_t row = 0; row < in.rows; ++row) {
     ForChannels(in.channels, [&](auto d, int c) HWY_ATTR {
       const auto value = LoadDoubles(d, x + c);
-      const auto g = Gradient(d, in, value, dy, c);
+      const auto scale = hn::LoadU(d, in.scale + c);
+      const auto g = Gradient(d, in.relu, value, scale, hn::LoadU(d, in.shift + c), dy + c);
       const auto normalised =
           hn::Mul(hn::Sub(value, hn::LoadU(d, in.mean + c)), hn::LoadU(d, in.inv_std + c));
       const auto rest = hn::Sub(hn::Sub(g, hn::LoadU(d, mean_dy + c)),
                                 hn::Mul(normalised, hn::LoadU(d, mean_dy_by_x + c)));
-      StoreFloats(d, hn::Mul(hn::LoadU(d, in.scale + c), rest), dx + c);
+      StoreFloats(d, hn::Mul(scale, rest), dx + c);
     });
     x += in.channels;
     dy += in.channels;

@@ -146,27 +146,37 @@ void TransformGradientTiles(const WinogradGradientTask& task, int first_slot, in
   }
 }
 
-/// Products of all tiles of the block at one position, for all channels of x.
-void MultiplyGradientPosition(const WinogradGradientTask& task, int position) {
-  constexpr int kRows = kLanes > 8 ? 8 : std::min(kLanes, 4);
-  const GradientLayout layout = LayoutOf(task);
+constexpr int kRows = kLanes > 8 ? 8 : std::min(kLanes, 4);  // input channels of a micro-tile
+
+/// Products of all tiles of the block at one position, for kRows channels of x from i on and a
+/// panel of those of dy from o on.
+HWY_INLINE void MultiplyTile(const WinogradGradientTask& task, const GradientLayout& layout,
+                             int position, int i, int o, float* sums, std::ptrdiff_t row,
+                             bool accumulate) {
   const std::ptrdiff_t vector_step = static_cast<std::ptrdiff_t>(task.slots) * kLanes;
-  const float* const v = task.v + position * layout.v_step;
-  const float* const d = task.d + position * layout.d_step;
+  RunMicroTile<kRows, 1>(
+      MicroTile{.a = task.v + position * layout.v_step + i / kLanes * vector_step + i % kLanes,
+                .a_step = kLanes,
+                .chunk = task.slots,
+                .b = task.d + position * layout.d_step + o / kLanes * vector_step,
+                .b_step = kLanes,
+                .b_vector = vector_step,
+                .c = sums,
+                .c_row = row,
+                .c_vector = kLanes,
+                .k = task.slots,
+                .accumulate = accumulate});
+}
+
+/// The same for all channels.
+void MultiplyGradientPosition(const WinogradGradientTask& task, int position) {
+  const GradientLayout layout = LayoutOf(task);
   float* const sums = task.sums + static_cast<std::ptrdiff_t>(position) * layout.in * layout.out;
   for (int o = 0; o < layout.out; o += kColumns) {
     for (int i = 0; i < layout.in; i += kRows) {
-      RunMicroTile<kRows, 1>(MicroTile{.a = v + i / kLanes * vector_step + i % kLanes,
-                                       .a_step = kLanes,
-                                       .chunk = task.slots,
-                                       .b = d + o / kLanes * vector_step,
-                                       .b_step = kLanes,
-                                       .b_vector = vector_step,
-                                       .c = sums + static_cast<std::ptrdiff_t>(i) * layout.out + o,
-                                       .c_row = layout.out,
-                                       .c_vector = kLanes,
-                                       .k = task.slots,
-                                       .accumulate = task.first > 0});
+      MultiplyTile(task, layout, position, i, o,
+                   sums + static_cast<std::ptrdiff_t>(i) * layout.out + o, layout.out,
+                   task.first > 0);
     }
   }
 }
@@ -198,15 +208,11 @@ HWY_INLINE void GatherTaps(const FloatVec (&u)[kWindow], FloatVec (&g)[3]) {
   g[2] = hn::Add(hn::MulAdd(inner, hn::Set(d, 0.5F), hn::Add(outer, outer)), u[5]);
 }
 
-/// Sets taps [9,in,out] of all outputs for input channel i, or adds to them.
-void FinishGradient(const WinogradGradientTask& task, int i, bool add, float* taps) {
+/// Sets `count` values of each of 9 taps, or adds to them, from sums `position` floats apart.
+HWY_INLINE void FinishTaps(const float* sums, std::ptrdiff_t position, std::ptrdiff_t count,
+                           bool add, float* taps, std::ptrdiff_t tap_step) {
   const FloatTag d;
-  const GradientLayout layout = LayoutOf(task);
-  const std::ptrdiff_t out = task.dy.shape().c;
-  const std::ptrdiff_t in = task.x.shape().c;
-  const std::ptrdiff_t position = static_cast<std::ptrdiff_t>(layout.in) * layout.out;
-  for (std::ptrdiff_t o = 0; o < out; o += kLanes) {
-    const float* const sums = task.sums + static_cast<std::ptrdiff_t>(i) * layout.out + o;
+  for (; count > 0; count -= kLanes, sums += kLanes, taps += kLanes) {
     FloatVec half[kWindow][3];
 #pragma GCC unroll 6
     for (int p = 0; p < kWindow; ++p) {
@@ -219,8 +225,6 @@ void FinishGradient(const WinogradGradientTask& task, int i, bool add, float* ta
       }
       GatherTaps(u, half[p]);
     }
-    float* const to = taps + i * out + o;
-    const std::ptrdiff_t count = out - o;
 #pragma GCC unroll 3
     for (int b = 0; b < 3; ++b) {
       const FloatVec u[kWindow] = {half[0][b], half[1][b], half[2][b],
@@ -229,10 +233,44 @@ void FinishGradient(const WinogradGradientTask& task, int i, bool add, float* ta
       GatherTaps(u, g);
 #pragma GCC unroll 3
       for (int a = 0; a < 3; ++a) {
-        float* const tap = to + (a * 3 + b) * in * out;
+        float* const tap = taps + (a * 3 + b) * tap_step;
         StoreSome(add ? hn::Add(LoadSome(tap, count), g[a]) : g[a], tap, count);
       }
     }
+  }
+}
+
+/// Sets taps [9,in,out] of all outputs for input channel i, or adds to them.
+void FinishGradient(const WinogradGradientTask& task, int i, bool add, float* taps) {
+  const GradientLayout layout = LayoutOf(task);
+  const std::ptrdiff_t in = task.x.shape().c;
+  const std::ptrdiff_t out = task.dy.shape().c;
+  FinishTaps(task.sums + static_cast<std::ptrdiff_t>(i) * layout.out,
+             static_cast<std::ptrdiff_t>(layout.in) * layout.out, out, add, taps + i * out,
+             in * out);
+}
+
+/// Pieces of a gradient, panel of outputs by panel, that MultiplyAndFinish() makes.
+int GradientPieces(const WinogradGradientTask& task) {
+  return LayoutOf(task).out / kColumns * ((task.x.shape().c + kRows - 1) / kRows);
+}
+
+/// A piece of the gradient, from the products at all positions, which never leave the level-1
+/// cache. For a task of a single block.
+void MultiplyAndFinish(const WinogradGradientTask& task, int piece, bool add, float* taps) {
+  const GradientLayout layout = LayoutOf(task);
+  const std::ptrdiff_t in = task.x.shape().c;
+  const std::ptrdiff_t out = task.dy.shape().c;
+  const int in_pieces = static_cast<int>((in + kRows - 1) / kRows);
+  const int i = piece % in_pieces * kRows;
+  const int o = piece / in_pieces * kColumns;
+  alignas(64) float sums[kPositions * kRows * kColumns];
+  for (int position = 0; position < kPositions; ++position) {
+    MultiplyTile(task, layout, position, i, o, sums + position * kRows * kColumns, kColumns, false);
+  }
+  for (int row = 0; row < std::min<std::ptrdiff_t>(kRows, in - i); ++row) {
+    FinishTaps(sums + row * kColumns, kRows * kColumns, std::min<std::ptrdiff_t>(kColumns, out - o),
+               add, taps + (i + row) * out + o, in * out);
   }
 }
 
@@ -258,6 +296,8 @@ HWY_EXPORT(TransformGradientTiles);
 HWY_EXPORT(MultiplyGradientPosition);
 HWY_EXPORT(SumGradientBlock);
 HWY_EXPORT(FinishGradient);
+HWY_EXPORT(GradientPieces);
+HWY_EXPORT(MultiplyAndFinish);
 HWY_EXPORT(FinishBias);
 
 void winograd_weight_gradient(const Tensor& x, const Tensor& dy, bool add, float* taps,
@@ -279,6 +319,11 @@ void winograd_weight_gradient(const Tensor& x, const Tensor& dy, bool add, float
   task.sums = thread_scratch(ScratchUse::accumulators, floats[2]);
   // Channels that only fill up a panel are never transformed, only multiplied.
   if (dy.shape().c % kWidestPanel != 0) std::fill_n(task.d, floats[1], 0.0F);
+  // Where few tiles are summed, what passes through memory are the sums: then they are finished
+  // piece by piece, before they leave the cache.
+  constexpr std::int64_t kFewTiles = 128;
+  const bool few = task.tiles.count <= kFewTiles && blocks == 1;
+  const int pieces = few ? HWY_DYNAMIC_DISPATCH(GradientPieces)(task) : 0;
   for (std::int64_t block = 0; block < blocks; ++block) {
     task.first = block * task.tiles.count / blocks;
     task.slots = static_cast<int>((block + 1) * task.tiles.count / blocks - task.first);
@@ -295,20 +340,26 @@ void winograd_weight_gradient(const Tensor& x, const Tensor& dy, bool add, float
         });
       }
 #pragma omp for schedule(dynamic)
-      for (int position = 0; position <= 36; ++position) {
+      for (int position = few ? 36 : 0; position <= 36; ++position) {
         if (position < 36) {
           HWY_DYNAMIC_DISPATCH(MultiplyGradientPosition)(task, position);
         } else {
           HWY_DYNAMIC_DISPATCH(SumGradientBlock)(task);
         }
       }
+#pragma omp for schedule(dynamic, 8)
+      for (int piece = 0; piece < pieces; ++piece) {
+        HWY_DYNAMIC_DISPATCH(MultiplyAndFinish)(task, piece, add, taps);
+      }
     }
     error.rethrow();
   }
-  // nothing throws
+  if (!few) {
+    // nothing throws
 #pragma omp parallel for schedule(static)
-  for (int i = 0; i < x.shape().c; ++i) {
-    HWY_DYNAMIC_DISPATCH(FinishGradient)(task, i, add, taps);
+    for (int i = 0; i < x.shape().c; ++i) {
+      HWY_DYNAMIC_DISPATCH(FinishGradient)(task, i, add, taps);
+    }
   }
   if (bias_gradient != nullptr) HWY_DYNAMIC_DISPATCH(FinishBias)(task, add, bias_gradient);
 }

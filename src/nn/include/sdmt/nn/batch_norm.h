@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "sdmt/nn/layer.h"
+#include "sdmt/nn/norm_layer.h"
 
 namespace sdmt::nn {
 
@@ -24,8 +24,9 @@ struct BatchNormOptions {
 /// Batch normalisation over all positions of a channel, n*h*w of them (Ioffe & Szegedy, 2015), as
 /// torch.nn.BatchNorm1d/2d: y = (x - mean) / sqrt(var + eps) * weight + bias.
 /// training: mean and biased variance of the batch; running_mean and running_var (unbiased
-/// variance) move towards them by `momentum`. inference: the running statistics.
-class BatchNorm : public Layer {
+/// variance) move towards them by `momentum`; std::invalid_argument where a channel has a single
+/// value (batch of one) and the statistics are not frozen. inference: the running statistics.
+class BatchNorm : public NormLayer {
  public:
   /// running_mean 0, running_var 1. Throws as BatchNormOptions::validate().
   explicit BatchNorm(BatchNormOptions options);
@@ -33,8 +34,6 @@ class BatchNorm : public Layer {
 
   const BatchNormOptions& options() const { return options_; }
 
-  Parameter& weight() { return weight_; }           ///< gamma, [1,1,1,num_features]
-  Parameter& bias() { return bias_; }               ///< beta, [1,1,1,num_features]
   Buffer& running_mean() { return running_mean_; }  ///< [1,1,1,num_features]
   Buffer& running_var() { return running_var_; }    ///< [1,1,1,num_features]
 
@@ -45,26 +44,17 @@ class BatchNorm : public Layer {
   std::string_view type() const override { return "BatchNorm"; }
   Shape output_shape(Shape in) const override;
   void infer(const Tensor& x, Tensor& y) const override;
-  /// Throws std::invalid_argument in training mode, unless frozen, when a channel has a single
-  /// value (batch of one).
-  void forward(const Tensor& x, Tensor& y, Mode mode) override;
-  /// Uses the statistics of the last forward in training mode. Does not read y.
-  void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
-  std::vector<Parameter*> parameters() override { return {&weight_, &bias_}; }
   std::vector<Buffer*> buffers() override { return {&running_mean_, &running_var_}; }
 
  private:
   friend class InferencePlan;  // folds it into the convolution before it
-  friend class TrainingPlan;   // runs it together with the ReLU after it
-  void train(const Tensor& x, Tensor& y, bool relu);
-  void backward(const Tensor& x, const Tensor& dy, Tensor* dx, bool relu);
+  void train(const Tensor& x, Tensor& y, bool relu) override;
+  void gradients(const Tensor& x, const Tensor& dy, Tensor* dx, bool relu) override;
   ChannelAffine affine(const ChannelStatistics& statistics) const;
   ChannelStatistics running_statistics() const;
   void move_to_batch(const Tensor& x);
 
   BatchNormOptions options_;
-  Parameter weight_;
-  Parameter bias_;
   Buffer running_mean_;
   Buffer running_var_;
   bool frozen_ = false;

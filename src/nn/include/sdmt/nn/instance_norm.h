@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "sdmt/nn/layer.h"
+#include "sdmt/nn/norm_layer.h"
 
 namespace sdmt::nn {
 
@@ -25,7 +25,7 @@ struct InstanceNormOptions {
 /// away what a camera and its light do to a whole picture, so that networks with it in their first
 /// layers go on working on other cameras (Pan et al., "Two at Once", 2018); further up it would
 /// take away what people are told apart by.
-class InstanceNorm : public Layer {
+class InstanceNorm : public NormLayer {
  public:
   /// Throws as InstanceNormOptions::validate().
   explicit InstanceNorm(InstanceNormOptions options);
@@ -33,24 +33,17 @@ class InstanceNorm : public Layer {
 
   const InstanceNormOptions& options() const { return options_; }
 
-  Parameter& weight() { return weight_; }  ///< gamma, [1,1,1,num_features]
-  Parameter& bias() { return bias_; }      ///< beta, [1,1,1,num_features]
-
   std::string_view type() const override { return "InstanceNorm2d"; }
   /// Throws std::invalid_argument for other channels and for a map of a single position.
   Shape output_shape(Shape in) const override;
   void infer(const Tensor& x, Tensor& y) const override;
-  void forward(const Tensor& x, Tensor& y, Mode mode) override;
-  /// Uses the statistics of the last forward in training mode. Does not read y.
-  void backward(const Tensor& x, const Tensor& y, const Tensor& dy, Tensor* dx) override;
-  std::vector<Parameter*> parameters() override { return {&weight_, &bias_}; }
 
  private:
-  void normalise(const Tensor& x, Tensor& y, ChannelStatistics* kept) const;
+  void train(const Tensor& x, Tensor& y, bool relu) override;
+  void gradients(const Tensor& x, const Tensor& dy, Tensor* dx, bool relu) override;
+  void normalise(const Tensor& x, Tensor& y, bool relu, ChannelStatistics* kept) const;
 
   InstanceNormOptions options_;
-  Parameter weight_;
-  Parameter bias_;
   std::vector<ChannelStatistics> images_;  // of the last forward in training mode
 };
 
