@@ -11,15 +11,60 @@ endif()
 # The documents that a Debian package has: licence, what changed, and what is inside (SPDX).
 set(work ${PROJECT_BINARY_DIR}/packaging)
 set(SDMT_CONTACT "SDMT developers <sdmt@example.org>" CACHE STRING "Maintainer of the packages")
-foreach(package hwy OpenCV fmt nlohmann_json CLI11 pybind11)
-  if(NOT ${package}_VERSION AND NOT package STREQUAL "pybind11")
+foreach(package hwy OpenCV fmt nlohmann_json CLI11)
+  if(NOT ${package}_VERSION)
     find_package(${package} QUIET)
   endif()
-  set(SDMT_${package}_VERSION NOASSERTION)  # SPDX for: not known
-  if(${package}_VERSION)
-    set(SDMT_${package}_VERSION ${${package}_VERSION})
+endforeach()
+find_package(PkgConfig QUIET)
+foreach(package ompi libavformat cpp-httplib)
+  if(PkgConfig_FOUND)
+    pkg_check_modules(sbom_${package} QUIET ${package})
   endif()
 endforeach()
+# sdmt_spdx(<id> <name> <version> <home> <licence> <link>): a package of others that is inside, or is
+# linked by what is; an empty version is one that is not known.
+function(sdmt_spdx id name version home licence link)
+  if(NOT version)
+    set(version NOASSERTION)
+  endif()
+  set(SDMT_SPDX_PACKAGES "${SDMT_SPDX_PACKAGES}
+PackageName: ${name}
+SPDXID: SPDXRef-${id}
+PackageVersion: ${version}
+PackageDownloadLocation: ${home}
+FilesAnalyzed: false
+PackageLicenseDeclared: ${licence}
+PackageLicenseConcluded: ${licence}
+PackageCopyrightText: NOASSERTION
+Relationship: SPDXRef-sdmt ${link} SPDXRef-${id}
+" PARENT_SCOPE)
+endfunction()
+set(SDMT_SPDX_PACKAGES "")
+sdmt_spdx(highway highway "${hwy_VERSION}" https://github.com/google/highway Apache-2.0
+  DYNAMIC_LINK)
+sdmt_spdx(opencv opencv "${OpenCV_VERSION}" https://opencv.org Apache-2.0 DYNAMIC_LINK)
+sdmt_spdx(ffmpeg "FFmpeg (libavformat, libavcodec, libavutil, libswscale)"
+  "${sbom_libavformat_VERSION}" https://ffmpeg.org GPL-2.0-or-later DYNAMIC_LINK)
+sdmt_spdx(fmt fmt "${fmt_VERSION}" https://fmt.dev MIT DYNAMIC_LINK)
+if(TARGET sdmt_mpi)
+  sdmt_spdx(openmpi "Open MPI" "${sbom_ompi_VERSION}" https://www.open-mpi.org BSD-3-Clause
+    DYNAMIC_LINK)
+endif()
+sdmt_spdx(nlohmann-json nlohmann-json "${nlohmann_json_VERSION}" https://json.nlohmann.me MIT
+  STATIC_LINK)
+sdmt_spdx(CLI11 CLI11 "${CLI11_VERSION}" https://github.com/CLIUtils/CLI11 BSD-3-Clause STATIC_LINK)
+if(sbom_cpp-httplib_VERSION)
+  sdmt_spdx(cpp-httplib cpp-httplib "${sbom_cpp-httplib_VERSION}"
+    https://github.com/yhirose/cpp-httplib MIT DYNAMIC_LINK)
+endif()
+if(TARGET _sdmt)
+  sdmt_spdx(pybind11 pybind11 "${pybind11_VERSION}" https://github.com/pybind/pybind11 BSD-3-Clause
+    STATIC_LINK)
+endif()
+sdmt_spdx(gcc-runtime "GCC run-time libraries (libgomp, libstdc++, libgcc)"
+  "${CMAKE_CXX_COMPILER_VERSION}" https://gcc.gnu.org "GPL-3.0-or-later WITH GCC-exception-3.1"
+  STATIC_LINK)
 configure_file(${PROJECT_SOURCE_DIR}/packaging/sdmt.spdx.in ${work}/sdmt.spdx @ONLY)
 configure_file(${PROJECT_SOURCE_DIR}/packaging/changelog.in ${work}/changelog.Debian @ONLY)
 configure_file(${PROJECT_SOURCE_DIR}/packaging/copyright ${work}/copyright COPYONLY)
@@ -67,7 +112,8 @@ endmacro()
 
 sdmt_deb(sdmt SECTION science SUMMARY "online pedestrian tracking"
   TEXT "Tracks people through videos, cameras and image sequences by motion and by a\nnetwork that tells people apart. Trains and validates such networks, and\nscores tracks as the MOTChallenge benchmarks do."
-  DEPENDS "sdmt-models (= ${version})")
+  DEPENDS "sdmt-models (= ${version})"
+  SUGGESTS "openmpi-bin")
 sdmt_deb(sdmt-models SECTION science SUMMARY "networks of sdmt that tell people apart"
   TEXT "Weights that turn a picture of a person into a vector: the paper's network and\na small one. Their cards say what they were trained on.")
 sdmt_deb(libsdmt0 SECTION libs SUMMARY "online pedestrian tracking, C interface"
