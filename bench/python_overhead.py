@@ -9,14 +9,14 @@ Processor time, which a busy machine disturbs less. Runs of both alternate; each
 over the runs. In Python the ids and boxes of every
 finished frame are read.
 """
-import argparse
 import statistics
 import subprocess
-import sys
 import tempfile
 import time
 
 import numpy as np
+
+from built_module import built_module
 
 
 def walk(people, frames):
@@ -43,15 +43,7 @@ def by_module(sdmt, scene):
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("build")
-    parser.add_argument("--runs", type=int, default=15)
-    parser.add_argument("--people", type=int, default=15)
-    parser.add_argument("--frames", type=int, default=2000)
-    options = parser.parse_args()
-    sys.path.insert(0, f"{options.build}/python")
-    import sdmt
-
+    sdmt, options = built_module(runs=15, people=15, frames=2000)
     scene = list(walk(options.people, options.frames))
     with tempfile.NamedTemporaryFile("w", suffix=".txt") as file:
         for t, (boxes, scores) in enumerate(scene, 1):

@@ -6,25 +6,17 @@
 
 One thread and all of them take turns, three times each; every tracker must find the same people.
 """
-import argparse
 import statistics
-import sys
 import threading
 import time
 
 import numpy as np
 
+from built_module import built_module
+
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("build")
-    parser.add_argument("--threads", type=int, default=8)
-    parser.add_argument("--seconds", type=float, default=20)
-    parser.add_argument("--people", type=int, default=6)
-    options = parser.parse_args()
-    sys.path.insert(0, f"{options.build}/python")
-    import sdmt
-
+    sdmt, options = built_module(threads=8, seconds=20.0, people=6)
     model = sdmt.Model("sdmt-lite")
     image = np.random.default_rng(1).integers(0, 255, (1080, 1920, 3), np.uint8)
     left = 100.0 + 250 * np.arange(options.people)

@@ -167,7 +167,7 @@ def long_words(bench, name, *more):
             *words[words.index("--iterations") + 2:]]
 
 
-def wait_for(path, seconds=60):
+def wait_for(path, seconds=300):
     end = time.time() + seconds
     while not path.exists() and time.time() < end:
         time.sleep(0.02)
@@ -182,7 +182,7 @@ def kill_one(bench, name, size, rank, delay, chosen, more=()):
     time.sleep(delay)
     victims = processes_of(process.pid)
     if process.poll() is not None or rank >= len(victims):
-        out, err = process.communicate(timeout=60)
+        process.communicate(timeout=300)
         return process.returncode != 0
     os.kill(victims[rank], chosen)
     start = time.time()
