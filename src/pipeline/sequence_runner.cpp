@@ -2,6 +2,7 @@
 #include "sdmt/pipeline/sequence_runner.h"
 
 #include <fmt/core.h>
+#include <omp.h>
 
 #include <algorithm>
 #include <chrono>
@@ -9,6 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "ahead.h"
 #include "sdmt/io/stopwatch.h"
 #include "sdmt/track/pixel_rect.h"
 
@@ -44,6 +46,14 @@ class FrameTimes {
   std::deque<FrameTime> times_;
   int first_ = 0;  // number of the first of them
   double began_ = 0;
+};
+
+// A frame, and what a detector found in it.
+struct Look {
+  Frame frame;
+  std::vector<mot::Detection> boxes;
+  bool looked = true;
+  std::exception_ptr failure;
 };
 
 double rate(std::int64_t frames, double seconds) {
@@ -85,38 +95,64 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
   // In place of an image for a descriptor that needs none.
   const image::Image one_pixel(1, 1);
   const image::ImageView nothing = one_pixel.view();
-  Frame frame;
-  std::vector<mot::Detection> boxes;
   std::vector<image::PixelRect> people;
   RunState* const state = observers.state;
   if (state != nullptr) {
     std::vector<track::FinishedFrame> before;
     const int known =
         state->resume(tracker, [&](const track::FinishedFrame& done) { before.push_back(done); });
-    for (int i = 1; i <= known && frames.repeatable() && frames.next(frame, false); ++i) {
-      times.add(i, frame.when);
+    Frame passed;
+    for (int i = 1; i <= known && frames.repeatable() && frames.next(passed, false); ++i) {
+      times.add(i, passed.when);
     }
     deliver(before);  // nothing of a camera, whose outputs go on where they were
   }
+  const auto detect = [&](Look& look) {
+    try {
+      const io::Stopwatch watch(report.detect_seconds);
+      look.boxes = detections.detect(look.frame);
+      look.looked = detections.looked();
+    } catch (const std::exception&) {
+      look.failure = std::current_exception();
+    }
+  };
+  // Where frames do not come at a pace of their own, they are decoded while others are tracked, and
+  // detectors, which look at nothing else, look at them.
+  const bool detects_ahead = detections.needs_images();
+  std::optional<Ahead<Look>> ahead;
+  if (decode && !frames.endless()) {
+    const int threads = omp_get_max_threads();
+    ahead.emplace([&, threads, failed = false](Look& look) mutable {
+      omp_set_num_threads(threads);
+      if (failed || !frames.next(look.frame, true)) return false;
+      if (detects_ahead) detect(look);
+      failed = look.failure != nullptr;
+      return true;
+    });
+  }
+  const auto next = [&](Look& look) {
+    return ahead ? ahead->next(look) : frames.next(look.frame, decode);
+  };
   bool stopped = false;
-  while (!(stopped = observers.stop && observers.stop()) && frames.next(frame, decode)) {
+  Look look;
+  const Frame& frame = look.frame;
+  const std::vector<mot::Detection>& boxes = look.boxes;
+  while (!(stopped = observers.stop && observers.stop()) && next(look)) {
     unreadable.add(frame, "the frame is tracked by motion alone");
     if (observers.read) observers.read(frame);
     const image::ImageView view = frame.image.view();
-    try {
-      const io::Stopwatch watch(report.detect_seconds);
-      boxes = detections.detect(frame);
-    } catch (const std::exception&) {
-      report.failure = std::current_exception();
+    if (!ahead || !detects_ahead) detect(look);
+    if (look.failure != nullptr) {
+      report.failure = look.failure;
       break;
     }
     if (detections.ended() && frames.endless()) {
       report.boxes_ended = true;
       break;
     }
-    const bool look = frame.has_image() || detections.descriptor() != nullptr;
+    const bool visible = frame.has_image() || detections.descriptor() != nullptr;
     track::FrameContext context{
-        .image = !look               ? nullptr
+        .image = !visible            ? nullptr
                  : frame.has_image() ? &view
                                      : &nothing,
         .time = detections.time() ? detections.time() : times.on_one_clock(frame.when)};
@@ -127,8 +163,7 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
       context.camera = observers.camera->next(view, people);
       if (!context.camera) ++report.camera_lost;
     }
-    const auto& finished =
-        detections.looked() ? tracker.update(boxes, context) : tracker.skip(context);
+    const auto& finished = look.looked ? tracker.update(boxes, context) : tracker.skip(context);
     deliver(finished);
     if (state != nullptr) {
       if (!frames.live()) {
@@ -137,6 +172,7 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
       state->frame_done(tracker);
     }
   }
+  ahead.reset();
   const int read = frame.number;
   stopped = stopped || report.failure != nullptr || report.boxes_ended;
   if (state != nullptr && stopped) state->save(tracker);
