@@ -7,6 +7,7 @@
 #include <cmath>
 #include <opencv2/dnn.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <stdexcept>
 #include <system_error>
 
@@ -14,6 +15,7 @@
 #include "detector_files.h"
 #include "mat_view.h"
 #include "opencv_threads.h"
+#include "sdmt/io/delimited_text.h"
 #include "sdmt/mot/overlaps.h"
 
 namespace sdmt::pipeline {
@@ -23,11 +25,18 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kSizeStep = 32;
+constexpr int kLargestSize = 4096;
 constexpr int kOpenSize = 640;  // of networks that leave their input open
 constexpr double kGrey = 114;
+// Networks whose input may be enlarged do not know people who are taller than they were trained on.
+// These are looked for a second time in an input that is small for all of them.
+constexpr int kSmallSide = 192;
+constexpr double kTall = 0.5;  // of the picture's height
 constexpr double kMaxOverlap = 0.45;
 
-int round_up(double size) { return kSizeStep * static_cast<int>(std::ceil(size / kSizeStep)); }
+int steps(double count) { return kSizeStep * std::max(1, static_cast<int>(count)); }
+int round_up(double size) { return steps(std::ceil(size / kSizeStep)); }
+int round_nearest(double size) { return steps(std::round(size / kSizeStep)); }
 
 // OpenCV takes zeros for weights that a Darknet file lacks.
 void check_weights(cv::dnn::Net& net, const fs::path& file) {
@@ -46,12 +55,29 @@ void check_weights(cv::dnn::Net& net, const fs::path& file) {
                   file.string(), size, least));
 }
 
-cv::dnn::Net read_network(const DetectorFiles& files) {
+// OpenCV takes [yolo] layers at their word only from a score of 0.2 on, unless they name another.
+std::string config_down_to(double min_score, const fs::path& file) {
+  constexpr std::string_view kLayer = "[yolo]";
+  std::string text = io::read_text(file);
+  const std::string line = fmt::format("\nthresh={:.6f}", min_score);
+  for (auto at = text.find(kLayer); at != std::string::npos; at = text.find(kLayer, at)) {
+    text.insert(at += kLayer.size(), line);
+  }
+  return text;
+}
+
+cv::dnn::Net read_network(const DetectorFiles& files, double min_score) {
   const std::string name = files.network.string();
   try {
-    cv::dnn::Net net = files.is_darknet()
-                           ? cv::dnn::readNetFromDarknet(name, files.weights.string())
-                           : cv::dnn::readNetFromONNX(name);
+    cv::dnn::Net net;
+    if (files.is_darknet()) {
+      const std::string config = config_down_to(min_score, files.network);
+      const std::string weights = io::read_text(files.weights);
+      net =
+          cv::dnn::readNetFromDarknet(config.data(), config.size(), weights.data(), weights.size());
+    } else {
+      net = cv::dnn::readNetFromONNX(name);
+    }
     net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
     net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
     if (files.is_darknet()) check_weights(net, files.weights);
@@ -65,8 +91,7 @@ cv::dnn::Net read_network(const DetectorFiles& files) {
 }  // namespace
 
 void NetworkOptions::validate() const {
-  constexpr int kLargest = 4096;
-  if (size != 0 && (size < kSizeStep || size > kLargest || size % kSizeStep != 0)) {
+  if (size != 0 && (size < kSizeStep || size > kLargestSize || size % kSizeStep != 0)) {
     throw std::invalid_argument(fmt::format(
         "the detector's input size is {}, expected a multiple of 32 in 32..4096", size));
   }
@@ -80,39 +105,44 @@ struct NetworkDetector::Network {
   explicit Network(const NetworkOptions& given)
       : options((given.validate(), given)),
         files(find_detector_files(given.file)),
-        net(read_network(files)) {
-    const int longer = std::max(files.width, files.height);
-    const int side = options.size > 0 ? options.size : longer > 0 ? longer : kOpenSize;
+        net(read_network(files, given.min_score)) {
+    const double stated = std::sqrt(static_cast<double>(files.width) * files.height);
+    const int side = options.size > 0 ? options.size
+                     : stated > 0     ? round_nearest(stated)
+                                      : kOpenSize;
     const bool own = options.size == 0 && files.fixed_size;
-    largest = own ? cv::Size(files.width, files.height) : cv::Size(side, side);
+    square = own ? cv::Size(files.width, files.height) : cv::Size(side, side);
     fixed = own;
     try {
       output_names = net.getUnconnectedOutLayersNames();
       for (const int id : net.getUnconnectedOutLayers()) {
         regions.push_back(net.getLayer(id)->type == "Region");
       }
-      run(cv::Mat(largest, CV_8UC3, cv::Scalar::all(kGrey)), {});
+      run(net, cv::Mat(square, CV_8UC3, cv::Scalar::all(kGrey)), {});
     } catch (const cv::Exception& error) {
       const std::string own_size =
           files.fixed_size ? fmt::format("; its own size is {} x {}", files.width, files.height)
                            : "";
       throw std::invalid_argument(
           fmt::format("{}: OpenCV {} cannot run this network at {} x {}{}: {}", name(), CV_VERSION,
-                      largest.width, largest.height, own_size, error.err));
+                      square.width, square.height, own_size, error.err));
     }
-    head = DetectionHead::recognise(outputs, largest.width, largest.height);
+    head = DetectionHead::recognise(outputs, square.width, square.height);
     if (!head) refuse_head();
     choose_classes();
-    if (!own) try_oblong();
+    if (own) return;
+    try_oblong();
+    if (!fixed && square.area() > kSmallSide * kSmallSide) {
+      small_net = read_network(files, options.min_score);
+    }
   }
 
   // Whether a network whose size is open takes inputs that are not square.
   void try_oblong() {
-    const cv::Size oblong(largest.width, round_up(0.75 * largest.height));
+    const cv::Size oblong(square.width, round_up(0.75 * square.height));
     try {
-      run(cv::Mat(oblong, CV_8UC3, cv::Scalar::all(kGrey)), {});
-      candidates.clear();
-      fixed = !head->decode(outputs, oblong.width, oblong.height, wanted, 1, candidates);
+      run(net, cv::Mat(oblong, CV_8UC3, cv::Scalar::all(kGrey)), {});
+      fixed = !head->decode(outputs, oblong.width, oblong.height, wanted, 1, seen);
     } catch (const cv::Exception&) {
       fixed = true;
     }
@@ -163,8 +193,8 @@ struct NetworkDetector::Network {
         options.classes.text()));
   }
 
-  // The network's outputs for an image of the size of its input.
-  void run(const cv::Mat& input, const InputPixels& pixels) {
+  // Its outputs for an image of the size of its input.
+  void run(cv::dnn::Net& by, const cv::Mat& input, const InputPixels& pixels) {
     const int shape[] = {1, 3, input.rows, input.cols};
     blob.create(4, shape, CV_32F);
     const std::size_t plane = static_cast<std::size_t>(input.rows) * input.cols;
@@ -180,8 +210,8 @@ struct NetworkDetector::Network {
       }
     }
     const OpenCvThreads threads;
-    net.setInput(blob);
-    net.forward(mats, output_names);
+    by.setInput(blob);
+    by.forward(mats, output_names);
     outputs.clear();
     for (std::size_t i = 0; i < mats.size(); ++i) {
       if (mats[i].type() != CV_32F || !mats[i].isContinuous()) {
@@ -193,42 +223,56 @@ struct NetworkDetector::Network {
     }
   }
 
-  cv::Size input_size(int width, int height) const {
-    const double zoom = std::min(static_cast<double>(largest.width) / width,
-                                 static_cast<double>(largest.height) / height);
-    if (fixed) return largest;
-    return {std::min(largest.width, round_up(width * zoom)),
-            std::min(largest.height, round_up(height * zoom))};
+  // As many pixels as `area`, in the picture's proportions.
+  static cv::Size input_size(int area, const image::Image& image) {
+    const double zoom = std::sqrt(static_cast<double>(area) / image.width / image.height);
+    const int width = std::min(round_nearest(image.width * zoom), kLargestSize);
+    const double height = static_cast<double>(width) * image.height / image.width;
+    return {width, std::min(round_up(height), kLargestSize)};
   }
 
   std::vector<mot::Detection> detect(const image::Image& image) {
-    const double zoom = std::min(static_cast<double>(largest.width) / image.width,
-                                 static_cast<double>(largest.height) / image.height);
+    candidates.clear();
+    look(net, fixed ? square : input_size(square.area(), image), image, 0);
+    if (small_net) {
+      look(*small_net, input_size(kSmallSide * kSmallSide, image), image, kTall * image.height);
+    }
+    return survivors();
+  }
+
+  // Adds candidates of at least `least_height`, in pixels of the picture.
+  void look(cv::dnn::Net& by, const cv::Size& size, const image::Image& image,
+            double least_height) {
+    const double zoom = std::min(static_cast<double>(size.width) / image.width,
+                                 static_cast<double>(size.height) / image.height);
     const cv::Size inner(
-        std::clamp(static_cast<int>(std::lround(image.width * zoom)), 1, largest.width),
-        std::clamp(static_cast<int>(std::lround(image.height * zoom)), 1, largest.height));
-    const cv::Size size = input_size(image.width, image.height);
+        std::clamp(static_cast<int>(std::lround(image.width * zoom)), 1, size.width),
+        std::clamp(static_cast<int>(std::lround(image.height * zoom)), 1, size.height));
     canvas.create(size, CV_8UC3);
     canvas.setTo(cv::Scalar::all(kGrey));
     cv::Mat part = canvas(cv::Rect(cv::Point(0, 0), inner));
     cv::resize(mat_view(image), part, inner, 0, 0, cv::INTER_LINEAR);
-    candidates.clear();
-    run(canvas, head->pixels());
-    if (!head->decode(outputs, size.width, size.height, wanted, options.min_score, candidates)) {
+    run(by, canvas, head->pixels());
+    seen.clear();
+    if (!head->decode(outputs, size.width, size.height, wanted, options.min_score, seen)) {
       throw std::runtime_error("its outputs are not those of its input's size");
     }
-    return survivors(static_cast<double>(image.width) / inner.width,
-                     static_cast<double>(image.height) / inner.height);
+    const double scale_x = static_cast<double>(image.width) / inner.width;
+    const double scale_y = static_cast<double>(image.height) / inner.height;
+    for (const auto& [box, score] : seen) {
+      const mot::Cxcywh there{box.cx * scale_x + 1, box.cy * scale_y + 1, box.width * scale_x,
+                              box.height * scale_y};
+      if (there.height >= least_height) candidates.push_back({there, score});
+    }
   }
 
-  std::vector<mot::Detection> survivors(double scale_x, double scale_y) {
+  std::vector<mot::Detection> survivors() {
     std::stable_sort(candidates.begin(), candidates.end(),
                      [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
     std::vector<mot::Tlwh> boxes;
     std::vector<double> scores;
     for (const Candidate& c : candidates) {
-      boxes.push_back(mot::to_tlwh({c.box.cx * scale_x + 1, c.box.cy * scale_y + 1,
-                                    c.box.width * scale_x, c.box.height * scale_y}));
+      boxes.push_back(mot::to_tlwh(c.box));
       scores.push_back(c.score);
     }
     std::vector<std::uint8_t> keep;
@@ -243,8 +287,9 @@ struct NetworkDetector::Network {
   NetworkOptions options;
   DetectorFiles files;
   cv::dnn::Net net;
-  cv::Size largest;    // of the input
-  bool fixed = false;  // it is always of that size
+  std::optional<cv::dnn::Net> small_net;  // the same, for the second look
+  cv::Size square;                        // its input for a square picture
+  bool fixed = false;                     // its input is always of that size
   std::optional<DetectionHead> head;
   std::vector<std::uint8_t> wanted;  // by class
   std::vector<cv::String> output_names;
@@ -253,7 +298,7 @@ struct NetworkDetector::Network {
   cv::Mat canvas, blob;
   std::vector<cv::Mat> mats;
   std::vector<HeadOutput> outputs;
-  std::vector<Candidate> candidates;
+  std::vector<Candidate> seen, candidates;  // by one look, in its pixels; by all, in the picture's
   mot::OverlapFinder overlaps;
 };
 
@@ -263,8 +308,8 @@ NetworkDetector::NetworkDetector(const NetworkOptions& options)
 NetworkDetector::~NetworkDetector() = default;
 
 std::string NetworkDetector::description() const {
-  return fmt::format("{}, {} x {}", network_->head->name(), network_->largest.width,
-                     network_->largest.height);
+  return fmt::format("{}, {} x {}", network_->head->name(), network_->square.width,
+                     network_->square.height);
 }
 
 std::vector<mot::Detection> NetworkDetector::detect(const Frame& frame) {

@@ -67,7 +67,8 @@ void add_detector_arguments(CLI::App& command, DetectionArguments& arguments) {
   command
       .add_option(
           "--detector-size", network.size,
-          "Longer side of the network's input, pixels, a multiple of 32 [the network's own]")
+          "Side of the square as large as the network's input, pixels, a multiple of 32 [the "
+          "network's own]")
       ->type_name("PIXELS");
   command
       .add_option("--detector-score", network.min_score, "Least score of the network's boxes, 0..1")

@@ -17,10 +17,14 @@ namespace sdmt::pipeline {
 /// (all ONNX), NanoDet and NanoDet-Plus (ONNX), SSD's DetectionOutput, Darknet's region and yolo
 /// layers.
 ///
-/// A frame is scaled to fit into the input, its sides kept in proportion, and filled up with grey
-/// at the right and below (letterbox). Networks of open size see no more than 31 pixels of grey;
-/// those of a fixed one see all of their square. Of the boxes that overlap a better one by IoU >
-/// 0.45 only the better is kept, whatever the classes. Scores are the network's, 0 to 1.
+/// A frame keeps its proportions: an input of open size takes them over, with as many pixels as the
+/// square and at most 31 rows of grey below; one of fixed size is filled up with grey at the right
+/// or below (letterbox). Also Darknet's networks, which were trained on pictures stretched to
+/// squares, find more so, docs/tracking.md has the numbers. Networks of open size look a second
+/// time, in an input of 192 x 192 pixels' area, for people taller than half of the picture: larger
+/// inputs make them taller than those that the network was trained on. Of the boxes that overlap a
+/// better one by IoU > 0.45 only the better is kept, whatever the classes. Scores are the
+/// network's, 0 to 1.
 ///
 /// Same frame, same boxes, for any number of threads; another version of OpenCV may differ in the
 /// last digits. Not for accelerators: it runs on the CPU, with OpenMP's number of threads.

@@ -10,8 +10,8 @@ namespace sdmt::pipeline {
 struct NetworkOptions {
   /// ONNX, or Darknet's .cfg or .weights, the other beside it under the same name.
   std::filesystem::path file;
-  /// Longer side of the network's input, pixels, a multiple of 32 in 32..4096; 0: the network's
-  /// own. People smaller than some 20 pixels there are not found; time grows with the square.
+  /// The network's input has as many pixels as a square of this side, a multiple of 32 in 32..4096;
+  /// 0: the network's own. People smaller than some 20 pixels there are not found.
   int size = 0;
   /// A network of one class is taken for one of people, whatever the class is called.
   mot::ClassFilter classes{};
