@@ -1,22 +1,24 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Fits the constants of tools/tracking/hog_detector.cpp to a sequence with ground truth.
+"""Fits the constants of src/pipeline/hog_detector.cpp to sequences with ground truth.
 
-    scripts/fit-hog.py mot15/PETS09-S2L1      (needs python3-opencv; some three minutes)
+    scripts/fit-hog.py [--frames N] SEQUENCE...      (needs python3-opencv; some 0.2 s a frame)
 
-Does what HogDetector does, on the frames 1-100, 201-300, ...; there it fits the share of the window
-that a person takes (medians, twice over) and then the score (logistic regression on the strongest
-margin and the logarithm of the number of windows). The frames between are for the test: it prints how
-often boxes of each score are true there.
+Does what HogDetector does but for its second search, and fits the share of the window that a person takes
+(medians, twice over) and then the score (logistic regression on the strongest margin and the logarithm of
+the number of windows); every sequence counts as much as another, however long. Each sequence is then
+judged by the constants that the others give: how often boxes of each score are true there, beside the
+constants in use. One sequence alone is taken for two, the frames 1-100, 201-300, ... and those between.
 """
+import argparse
 import pathlib
-import sys
 
 import cv2
 import numpy as np
 
-MIN_PERSON_HEIGHT, PERSON_HEIGHT, SCALE_STEP, LEAST_MARGIN = 64, 96, 1.2, -0.6
+MIN_PERSON_HEIGHT, PERSON_HEIGHT, SCALE_STEP, LEAST_MARGIN, MOST_PIXELS = 64, 96, 1.2, -0.6, 2.4e6
 GROUP_IOU, SUPPRESSION_OVERLAP = 0.5, 0.6
+IN_USE = (0.533, 0.747, 0.024), (0.95, 2.55, -3.07)  # width, height, lift; margin, ln count, bias
 
 
 def shared(a, b):
@@ -33,8 +35,9 @@ def iou(a, b):
 
 def find_windows(image, hog):
     """Windows (left, top, width, height) and margins, the strongest first."""
-    zoom = PERSON_HEIGHT / MIN_PERSON_HEIGHT
-    size = (round(image.shape[1] * zoom), round(image.shape[0] * zoom))
+    height, width = image.shape[:2]
+    zoom = min(PERSON_HEIGHT / MIN_PERSON_HEIGHT, (MOST_PIXELS / (width * height)) ** 0.5)
+    size = (round(width * zoom), round(height * zoom))
     windows, margins = hog.detectMultiScale(
         cv2.resize(image, size), hitThreshold=LEAST_MARGIN, winStride=(8, 8), padding=(16, 16),
         scale=SCALE_STEP, groupThreshold=0)
@@ -77,60 +80,112 @@ def match(people, truth):
     return found
 
 
-def logistic(features, labels):
-    weights = np.zeros(features.shape[1])
+def logistic(features, labels, weights):
+    constants = np.zeros(features.shape[1])
     for _ in range(50):  # Newton's method
-        p = 1 / (1 + np.exp(-features @ weights))
-        hessian = (features * (p * (1 - p))[:, None]).T @ features
-        weights += np.linalg.solve(hessian, features.T @ (labels - p))
-    return weights
+        p = 1 / (1 + np.exp(-features @ constants))
+        hessian = (features * (weights * p * (1 - p))[:, None]).T @ features
+        constants += np.linalg.solve(hessian, features.T @ (weights * (labels - p)))
+    return constants
 
 
-def evaluate(windows, truth, frames, shape):
-    """Labels, features, and by how much the boxes that find somebody are off."""
-    labels, features, errors = [], [], []
-    for frame in frames:
-        people, of_people = find_people(*windows[frame], shape)
-        found = match(people, truth[frame])
-        labels.append(found >= 0)
-        features.append(of_people)
-        box, person = people[found >= 0], truth[frame][found[found >= 0]]
-        lift = (box[:, 1] + box[:, 3] / 2 - person[:, 1] - person[:, 3] / 2) / box[:, 3]
-        errors.append(np.column_stack([person[:, 2] / box[:, 2], person[:, 3] / box[:, 3], lift]))
-    return np.concatenate(labels).astype(float), np.vstack(features), np.vstack(errors)
+def weighted_median(columns, weights):
+    order = np.argsort(columns, axis=0)
+    passed = np.cumsum(weights[order], axis=0) >= weights.sum() / 2
+    return np.take_along_axis(columns, order, 0)[passed.argmax(0), range(columns.shape[1])]
 
 
-def main():
-    folder = pathlib.Path(sys.argv[1])
+class Sequence:
+    """Windows and people of some frames."""
+
+    def __init__(self, name, frames):
+        self.name, self.frames = name, frames
+
+    def evaluate(self, shape):
+        """Labels and features of all boxes, and by how much those that find somebody are off."""
+        labels, features, errors = [], [], []
+        for windows, margins, truth, ignored in self.frames:
+            people, of_people = find_people(windows, margins, shape)
+            found = match(people, truth)
+            counts = found >= 0
+            if len(ignored):
+                counts |= iou(people, ignored).max(1) < 0.5
+            labels.append(found[counts] >= 0)
+            features.append(of_people[counts])
+            box, person = people[found >= 0], truth[found[found >= 0]]
+            lift = (box[:, 1] + box[:, 3] / 2 - person[:, 1] - person[:, 3] / 2) / box[:, 3]
+            errors.append(np.column_stack([person[:, 2] / box[:, 2], person[:, 3] / box[:, 3], lift]))
+        return np.concatenate(labels).astype(float), np.vstack(features), np.vstack(errors)
+
+    def report(self, shape, constants):
+        labels, features, _ = self.evaluate(shape)
+        p = 1 / (1 + np.exp(-features @ constants))
+        print("    %d people, %d found by %d boxes; mean logarithm of the loss %.3f" % (
+            sum(len(frame[2]) for frame in self.frames), labels.sum(), len(labels),
+            -np.log(np.where(labels > 0, p, 1 - p)).mean()))
+        print("    true of those with a score of " + ", ".join("%.1f to %.1f: %.2f of %d" % (
+            low, low + 0.2, labels[chosen].mean() if chosen.any() else 0, chosen.sum())
+            for low in np.arange(0, 1, 0.2) for chosen in [(p >= low) & (p < low + 0.2)]))
+
+
+def read(folder, most):
     rows = np.loadtxt(folder / "gt/gt.txt", delimiter=",")
-    rows = rows[rows[:, 6] != 0]
-    cv2.setNumThreads(1)
+    keep = (rows[:, 6] != 0) & (rows[:, 7] <= 1 if rows.shape[1] > 7 else True)
     hog = cv2.HOGDescriptor()
     hog.setSVMDetector(cv2.HOGDescriptor_getDefaultPeopleDetector())
-    images = {int(file.stem): file for file in sorted((folder / "img1").glob("*.jpg"))}
-    windows = {n: find_windows(cv2.imread(str(file)), hog) for n, file in images.items()}
-    truth = {n: rows[rows[:, 0] == n][:, 2:6] for n in images}
-    fitted = [n for n in images if (n - 1) // 100 % 2 == 0]
-    held_out = [n for n in images if n not in set(fitted)]
+    frames = {}
+    files = sorted((folder / "img1").glob("*.jpg"))
+    for file in files[::-(-len(files) // most)]:
+        of_frame = rows[:, 0] == int(file.stem)
+        frames[int(file.stem)] = (*find_windows(cv2.imread(str(file)), hog),
+                                  rows[of_frame & keep][:, 2:6], rows[of_frame & ~keep][:, 2:6])
+    return frames
+
+
+def fit(sequences):
+    def joined(shape):
+        parts = [sequence.evaluate(shape) for sequence in sequences]
+        weights = [[np.full(len(values), 1 / len(values)) for values in part] for part in parts]
+        return [np.concatenate(some) for some in zip(*parts)], [
+            np.concatenate(some) for some in zip(*weights)]
 
     shape = np.array([0.5, 0.75, 0.0])
     for _ in range(2):
-        ratio_w, ratio_h, lift = np.median(evaluate(windows, truth, fitted, shape)[2], axis=0)
+        (_, _, errors), (_, _, weights) = joined(shape)
+        ratio_w, ratio_h, lift = weighted_median(errors, weights)
         shape += [shape[0] * (ratio_w - 1), shape[1] * (ratio_h - 1), shape[1] * lift]
-    print("width, height, lift: %.3f %.3f %.3f of the window" % tuple(shape))
-    labels, features, _ = evaluate(windows, truth, fitted, shape)
-    weights = logistic(features, labels)
-    print("margin, ln count, bias: %.2f %.2f %.2f" % tuple(weights))
+    (labels, features, _), (weights, _, _) = joined(shape)
+    return shape, logistic(features, labels, weights)
 
-    for name, frames in (("fitted", fitted), ("held out", held_out)):
-        labels, features, _ = evaluate(windows, truth, frames, shape)
-        p = 1 / (1 + np.exp(-features @ weights))
-        print("%s: %d people, %d found by %d boxes" % (
-            name, sum(len(truth[n]) for n in frames), labels.sum(), len(labels)))
-        for low in np.arange(0, 1, 0.2):
-            bin_ = (p >= low) & (p < low + 0.2)
-            print("  score %.1f to %.1f: %4d boxes, %.2f true (mean score %.2f)" % (
-                low, low + 0.2, bin_.sum(), labels[bin_].mean(), p[bin_].mean()))
+
+def say(name, constants):
+    print("%s: width, height, lift %.3f %.3f %.3f; margin, ln count, bias %.2f %.2f %.2f" % (
+        name, *constants[0], *constants[1]))
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--frames", type=int, default=10**6, help="at most so many of each, evenly spread")
+    parser.add_argument("folders", nargs="+", type=pathlib.Path)
+    arguments = parser.parse_args()
+    cv2.setNumThreads(1)
+    sequences = []
+    for folder in arguments.folders:
+        frames = read(folder, arguments.frames)
+        if len(arguments.folders) > 1:
+            sequences.append(Sequence(folder.name, list(frames.values())))
+            continue
+        for part in (0, 1):
+            sequences.append(Sequence("part %d" % (part + 1), [
+                frame for n, frame in frames.items() if (n - 1) // 100 % 2 == part]))
+
+    say("all", fit(sequences))
+    for sequence in sequences:
+        constants = fit([other for other in sequences if other is not sequence])
+        say("without " + sequence.name, constants)
+        sequence.report(*constants)
+        print("    with the constants in use:")
+        sequence.report(*map(np.array, IN_USE))
 
 
 if __name__ == "__main__":

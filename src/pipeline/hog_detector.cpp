@@ -22,9 +22,9 @@ constexpr double kPersonHeight = 96;
 constexpr double kScaleStep = 1.2;
 constexpr double kLeastMargin = -0.6;
 // The person's box: shares of the window, and how far its centre lies above the window's.
-constexpr double kWidthShare = 0.533;
-constexpr double kHeightShare = 0.747;
-constexpr double kLift = 0.024;
+constexpr double kWidthShare = 0.546;
+constexpr double kHeightShare = 0.750;
+constexpr double kLift = 0.015;
 // What windows have to share to speak of the same person, and to be in each other's way.
 constexpr double kGroupIou = 0.5;
 constexpr double kSuppressionOverlap = 0.6;
@@ -35,9 +35,9 @@ constexpr double kBorder = 0.25;
 // named.
 constexpr double kMostPixels = 2.4e6;
 // The score's logit.
-constexpr double kMarginWeight = 0.95;
-constexpr double kCountWeight = 2.55;
-constexpr double kBias = -3.07;
+constexpr double kMarginWeight = 2.15;
+constexpr double kCountWeight = 1.05;
+constexpr double kBias = -2.71;
 
 struct Response {
   mot::Tlwh box;  // the person's, not the window

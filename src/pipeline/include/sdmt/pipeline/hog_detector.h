@@ -19,7 +19,7 @@ namespace sdmt::pipeline {
 /// margin above -0.6 are taken: the strongest (margin m > 0) gathers those that overlap it by
 /// IoU > 0.5, n with itself; the person's box is their mean, weighted by exp(margin), and its score
 ///
-///     p = 1 / (1 + exp(-(0.95 m + 2.55 ln n - 3.07))),
+///     p = 1 / (1 + exp(-(2.15 m + 1.05 ln n - 2.71))),
 ///
 /// about the share of true boxes. It then silences all that share more than 0.6 of the smaller of
 /// the two boxes, for windows around two people or around a leg (Dollar et al., Integral Channel
@@ -27,8 +27,8 @@ namespace sdmt::pipeline {
 /// that people take in the windows. OpenCV tries no window that is larger than the picture, of
 /// which a person fills three quarters; for those who are taller the picture is searched once more,
 /// small, with a quarter of its height added on all sides, in the colours of its border.
-/// scripts/fit-hog.py fits shares and score on half of PETS09-S2L1; what the other half says is in
-/// docs/tracking.md.
+/// scripts/fit-hog.py fits shares and score on PETS09-S2L1 and frames of seven MOT17 sequences;
+/// what each says to the constants of the others is in docs/tracking.md.
 class HogDetector : public DetectionSource {
  public:
   /// Throws as HogOptions::validate().
