@@ -14,7 +14,7 @@ namespace {
 constexpr int kStep = 4;     // between the pixels that are read
 constexpr int kBlock = 4;    // of these along each side of a block
 constexpr int kChange = 10;  // of 255
-constexpr int kLongestRest = 25;
+constexpr int kLongestRest = 50;
 
 }  // namespace
 

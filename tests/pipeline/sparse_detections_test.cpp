@@ -48,13 +48,13 @@ TEST(SparseDetections, LooksAtEveryNthFrameWhereThingsMove) {
 TEST(SparseDetections, KeepsTheBoxesWhereNothingMoves) {
   std::set<int> asked;
   SparseDetections sparse(std::make_unique<Recorder>(asked), 1);
-  for (int i = 1; i <= 60; ++i) {
-    const auto boxes = sparse.detect(square(i, i < 40 ? 20 : 28));
+  for (int i = 1; i <= 100; ++i) {
+    const auto boxes = sparse.detect(square(i, i < 70 ? 20 : 28));
     ASSERT_EQ(boxes.size(), 1u);
     EXPECT_EQ(boxes[0].box.left, *asked.rbegin()) << i;
     EXPECT_TRUE(sparse.looked()) << i;
   }
-  EXPECT_EQ(asked, (std::set{1, 26, 40}));
+  EXPECT_EQ(asked, (std::set{1, 51, 70}));
   EXPECT_TRUE(sparse.detect(Frame{}).empty());
   EXPECT_FALSE(sparse.looked());
 }

@@ -26,7 +26,7 @@ class MotionGate {
 };
 
 /// Looks with a detector now and then. In a frame in which nothing has moved since the last look,
-/// the boxes are those of that look, for at most 25 frames on end; where something has, it looks at
+/// the boxes are those of that look, for at most 50 frames on end; where something has, it looks at
 /// most every `interval` frames, and at the frames between nobody looks: there the tracker
 /// predicts.
 class SparseDetections : public DetectionSource {
