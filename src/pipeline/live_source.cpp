@@ -175,6 +175,9 @@ void LiveSource::tell_news() {
 std::unique_ptr<FrameSource> open_live_source(const std::string& input,
                                               const LiveOptions& options) {
   options.validate();
+  if (input == "-") {
+    return open_piped_stream([stop = options.stop] { return stop && stop(); });
+  }
   if (!is_live(input)) return open_frame_source(input);
   const auto closing = std::make_shared<std::atomic<bool>>(false);
   const LiveSource::Open open = [input, closing, timeout = options.timeout, stop = options.stop] {

@@ -2,9 +2,15 @@
 #include "live_stream.h"
 
 #include <fmt/core.h>
+#include <poll.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
+#include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -31,8 +37,12 @@ std::string error_text(int error) {
 
 class LiveStream : public FrameSource {
  public:
+  // Without a URL: standard input.
   LiveStream(const std::string& url, double timeout, std::function<bool()> stopped)
-      : name_(display_name(url)), timeout_(timeout), stopped_(std::move(stopped)) {
+      : piped_(url.empty()),
+        name_(piped_ ? "standard input" : display_name(url)),
+        timeout_(timeout),
+        stopped_(std::move(stopped)) {
     try {
       open(url);
     } catch (...) {
@@ -54,6 +64,7 @@ class LiveStream : public FrameSource {
     }
     frame.number = ++number_;
     frame.problem.clear();
+    tell_time(frame.when);
     frame.image = {};
     if (decode) convert(frame.image);
     return true;
@@ -66,6 +77,7 @@ class LiveStream : public FrameSource {
     return rate >= kLowestFrameRate && rate <= kHighestFrameRate ? rate : 0;
   }
   bool endless() const override {
+    if (piped_) return false;
     return stream().nb_frames == 0 && format_->duration == AV_NOPTS_VALUE;
   }
   bool repeatable() const override { return false; }
@@ -82,6 +94,28 @@ class LiveStream : public FrameSource {
     return live.stopped_() || live.late() ? 1 : 0;
   }
 
+  // FFmpeg's own reading of a pipe cannot be interrupted.
+  static int read_pipe(void* self, std::uint8_t* bytes, int size) {
+    constexpr int kMilliseconds = 50;
+    for (pollfd input{STDIN_FILENO, POLLIN, 0}; ::poll(&input, 1, kMilliseconds) <= 0;) {
+      if (interrupts(self) != 0) return AVERROR_EXIT;
+    }
+    const ssize_t count = ::read(STDIN_FILENO, bytes, static_cast<std::size_t>(size));
+    return count > 0 ? static_cast<int>(count) : count == 0 ? AVERROR_EOF : AVERROR(errno);
+  }
+
+  void open_pipe() {
+    constexpr int kBytes = 65536;
+    auto* const buffer = static_cast<std::uint8_t*>(av_malloc(kBytes));
+    if (buffer == nullptr) throw std::bad_alloc();
+    pipe_ = avio_alloc_context(buffer, kBytes, 0, this, read_pipe, nullptr, nullptr);
+    if (pipe_ == nullptr) {
+      av_free(buffer);
+      throw std::bad_alloc();
+    }
+    format_->pb = pipe_;
+  }
+
   void open(const std::string& url) {
     waits_since_ = Clock::now();
     packet_ = av_packet_alloc();
@@ -89,6 +123,7 @@ class LiveStream : public FrameSource {
     format_ = avformat_alloc_context();
     if (packet_ == nullptr || picture_ == nullptr || format_ == nullptr) throw std::bad_alloc();
     format_->interrupt_callback = {interrupts, this};
+    if (piped_) open_pipe();
     format_->max_analyze_duration = AV_TIME_BASE;  // a second, of a camera's frames
     format_->fps_probe_size = 0;
     AVDictionary* settings = nullptr;
@@ -115,6 +150,8 @@ class LiveStream : public FrameSource {
     sws_freeContext(scaler_);
     avcodec_free_context(&decoder_);
     avformat_close_input(&format_);
+    if (pipe_ != nullptr) av_freep(&pipe_->buffer);
+    avio_context_free(&pipe_);
     av_frame_free(&picture_);
     av_packet_free(&packet_);
   }
@@ -130,6 +167,10 @@ class LiveStream : public FrameSource {
     do {
       av_packet_unref(packet_);
       const int result = av_read_frame(format_, packet_);
+      if (result == AVERROR_EOF && piped_ && !std::exchange(drained_, true)) {
+        avcodec_send_packet(decoder_, nullptr);  // the frames that it holds back come now
+        return true;
+      }
       if (result < 0 || late()) {
         why_ = late() ? fmt::format("no frame for {:g} s", timeout_)
                // FFmpeg's word for a connection that has gone.
@@ -151,6 +192,17 @@ class LiveStream : public FrameSource {
     return true;
   }
 
+  // Where the stream tells it; whoever takes frames of a camera knows better.
+  void tell_time(FrameTime& when) {
+    when = {};
+    const std::int64_t stamp = picture_->best_effort_timestamp;
+    if (stamp == AV_NOPTS_VALUE) return;
+    const double seconds = static_cast<double>(stamp) * av_q2d(stream().time_base);
+    if (!begin_) begin_ = seconds;
+    time_ = std::max(time_, seconds - *begin_);
+    when.time = time_;
+  }
+
   void convert(image::Image& image) {
     const int width = picture_->width, height = picture_->height;
     scaler_ = sws_getCachedContext(scaler_, width, height,
@@ -164,9 +216,11 @@ class LiveStream : public FrameSource {
               strides.data());
   }
 
+  bool piped_;
   std::string name_;
   double timeout_;
   std::function<bool()> stopped_;
+  AVIOContext* pipe_ = nullptr;
   AVFormatContext* format_ = nullptr;
   AVCodecContext* decoder_ = nullptr;
   AVPacket* packet_ = nullptr;
@@ -174,6 +228,9 @@ class LiveStream : public FrameSource {
   SwsContext* scaler_ = nullptr;
   int video_ = -1;
   int number_ = 0;
+  bool drained_ = false;
+  std::optional<double> begin_;  // the stream's time of the first frame
+  double time_ = 0;
   std::int64_t garbled_ = 0;
   std::string why_ = "it gives no more frames";
   Clock::time_point waits_since_;
@@ -184,6 +241,11 @@ class LiveStream : public FrameSource {
 std::unique_ptr<FrameSource> open_live_stream(const std::string& url, double timeout,
                                               std::function<bool()> stopped) {
   return std::make_unique<LiveStream>(url, timeout, std::move(stopped));
+}
+
+std::unique_ptr<FrameSource> open_piped_stream(std::function<bool()> stopped) {
+  return std::make_unique<LiveStream>("", std::numeric_limits<double>::infinity(),
+                                      std::move(stopped));
 }
 
 }  // namespace sdmt::pipeline

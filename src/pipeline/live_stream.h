@@ -16,4 +16,8 @@ namespace sdmt::pipeline {
 std::unique_ptr<FrameSource> open_live_stream(const std::string& url, double timeout,
                                               std::function<bool()> stopped);
 
+/// The same for a video that comes by standard input, which has an end. Nothing of it is lost, and
+/// whoever sends it may take its time.
+std::unique_ptr<FrameSource> open_piped_stream(std::function<bool()> stopped);
+
 }  // namespace sdmt::pipeline

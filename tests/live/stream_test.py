@@ -105,6 +105,40 @@ class Streams(unittest.TestCase):
         self.assertEqual(report["live"]["received"], 25)
         self.assertEqual(report["live"]["garbled"], 2)
 
+    def piped(self, *words):
+        process = subprocess.Popen(
+            [SDMT, "track", "-", "--no-appearance", "--jsonl", "-", *words], stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.addCleanup(process.kill)
+        return process
+
+    def test_a_video_comes_by_standard_input(self):
+        words = ["--detections", self.path / "large/det/det.txt", "--no-appearance"]
+        subprocess.run([SDMT, "track", self.path / "large", *words, "--render",
+                        self.path / "v.mkv"], check=True, capture_output=True)
+        subprocess.run([SDMT, "track", self.path / "v.mkv", *words, "--jsonl",
+                        self.path / "file.jsonl"], check=True, capture_output=True)
+        process = self.piped(*words)
+        lines, messages = process.communicate((self.path / "v.mkv").read_bytes(), timeout=60)
+        self.assertEqual(process.returncode, 0, messages)
+        piped = [json.loads(line) for line in lines.splitlines()]
+        file = [json.loads(line) for line in (self.path / "file.jsonl").read_text().splitlines()]
+        self.assertEqual([line["tracks"] for line in piped], [line["tracks"] for line in file])
+        for a, b in zip(piped, file):
+            self.assertAlmostEqual(a["time"], b["time"], delta=0.002)
+        process = self.piped(*words)
+        _, messages = process.communicate(b"no video" * 1000, timeout=60)
+        self.assertEqual(process.returncode, 1)
+        self.assertIn(b"standard input: cannot be opened", messages)
+
+    def test_a_signal_ends_what_waits_for_standard_input(self):
+        process = self.piped()
+        time.sleep(1)
+        start = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        process.wait(30)
+        self.assertLess(time.monotonic() - start, 3)
+
     def test_lag_is_bounded_and_drops_are_told(self):
         for rate in 10, 30:
             camera = self.camera([("frames", 3 * rate, rate), ("end",)])

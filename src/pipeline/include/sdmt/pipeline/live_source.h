@@ -100,7 +100,8 @@ class LiveSource : public FrameSource {
 };
 
 /// `input` as for open_frame_source(). A camera or a stream without an end becomes a LiveSource.
-/// Throws as open_frame_source() and LiveOptions::validate().
+/// "-" is a video that comes by standard input, and is read to its end however long it takes, none
+/// of its frames left out. Throws as open_frame_source() and LiveOptions::validate().
 std::unique_ptr<FrameSource> open_live_source(const std::string& input, const LiveOptions& options);
 
 }  // namespace sdmt::pipeline
