@@ -17,7 +17,7 @@ foreach(package hwy OpenCV fmt nlohmann_json CLI11)
   endif()
 endforeach()
 find_package(PkgConfig QUIET)
-foreach(package ompi libavformat cpp-httplib)
+foreach(package ompi libavformat cpp-httplib libmosquitto)
   if(PkgConfig_FOUND)
     pkg_check_modules(sbom_${package} QUIET ${package})
   endif()
@@ -57,6 +57,10 @@ sdmt_spdx(CLI11 CLI11 "${CLI11_VERSION}" https://github.com/CLIUtils/CLI11 BSD-3
 if(sbom_cpp-httplib_VERSION)
   sdmt_spdx(cpp-httplib cpp-httplib "${sbom_cpp-httplib_VERSION}"
     https://github.com/yhirose/cpp-httplib MIT DYNAMIC_LINK)
+endif()
+if(sbom_libmosquitto_VERSION)
+  sdmt_spdx(libmosquitto libmosquitto "${sbom_libmosquitto_VERSION}" https://mosquitto.org
+    "EPL-2.0 OR BSD-3-Clause" DYNAMIC_LINK)
 endif()
 if(TARGET _sdmt)
   sdmt_spdx(pybind11 pybind11 "${pybind11_VERSION}" https://github.com/pybind/pybind11 BSD-3-Clause

@@ -17,13 +17,14 @@ packages=(
   libopencv-dev            # images and video of the binary and of training
   libavformat-dev libavcodec-dev libswscale-dev  # live streams
   libcpp-httplib-dev       # the page of sdmt track --serve; it builds without
+  libmosquitto-dev         # the messages of sdmt track --mqtt; it builds without
 )
 python=(python3-dev python3-numpy pybind11-dev)  # the Python module and its tests
 case "${1:-build}" in
   build) ;;
-  test) packages+=(libgtest-dev libgmock-dev python3 "${python[@]}" libopenmpi-dev openmpi-bin) ;;
+  test) packages+=(libgtest-dev libgmock-dev python3 "${python[@]}" libopenmpi-dev openmpi-bin mosquitto mosquitto-clients openssl) ;;
   develop)
-    packages+=(libgtest-dev libgmock-dev python3 "${python[@]}" libopenmpi-dev openmpi-bin libbenchmark-dev clang clang-format clang-tidy libomp-dev
+    packages+=(libgtest-dev libgmock-dev python3 "${python[@]}" libopenmpi-dev openmpi-bin mosquitto mosquitto-clients openssl libbenchmark-dev clang clang-format clang-tidy libomp-dev
       gcovr valgrind git chromium qemu-user g++-aarch64-linux-gnu) ;;
   *) echo "usage: $0 [build|test|develop]" >&2; exit 2 ;;
 esac

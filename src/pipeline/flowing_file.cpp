@@ -24,7 +24,7 @@ std::string now() { return utc_text(std::chrono::system_clock::now()); }
 }  // namespace
 
 FlowingFile::FlowingFile(std::string path, Flowing flowing)
-    : path_(std::move(path)), flowing_(std::move(flowing)) {
+    : path_(std::move(path)), flowing_(std::move(flowing)), retention_(path_, flowing_) {
   open();
 }
 
@@ -55,6 +55,7 @@ void FlowingFile::write(std::string_view lines) {
     missing_ += count;
     return;
   }
+  retention_.look();
   if (is_old(lines.size())) rotate();
   if (!append(lines)) {
     fail(errno);

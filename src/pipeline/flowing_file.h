@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "retention.h"
 #include "sdmt/pipeline/line_output.h"
 
 namespace sdmt::pipeline {
@@ -33,6 +34,7 @@ class FlowingFile : public LineOutput {
 
   std::string path_;
   Flowing flowing_;
+  Retention retention_;
   int descriptor_ = -1;
   std::uint64_t size_ = 0;
   Clock::time_point begun_;

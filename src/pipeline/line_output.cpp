@@ -44,7 +44,7 @@ class WholeFile : public LineOutput {
 
 }  // namespace
 
-Rotation Rotation::parse(const std::string& text) {
+Rotation Rotation::parse(const std::string& text, const std::string& name) {
   if (text.empty()) return {};
   struct Unit {
     std::string_view name;
@@ -64,7 +64,7 @@ Rotation Rotation::parse(const std::string& text) {
     }
     if (!unit.size && value >= 1 && value <= 1e9) return {.seconds = value};
   }
-  throw std::invalid_argument("rotation is " + io::quoted(text) +
+  throw std::invalid_argument(name + " is " + io::quoted(text) +
                               ", expected a size from 1kB (kB, MB, GB) or a time from 1s (s, min, "
                               "h, d)");
 }

@@ -165,6 +165,10 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
     }
     const auto& finished = look.looked ? tracker.update(boxes, context) : tracker.skip(context);
     deliver(finished);
+    if (observers.progress) {
+      report.stats = tracker.stats();
+      observers.progress(report);
+    }
     if (state != nullptr) {
       if (!frames.live()) {
         for (const track::FinishedFrame& done : finished) state->add(done);

@@ -26,7 +26,10 @@ std::string now() { return utc_text(std::chrono::system_clock::now()); }
 }  // namespace
 
 VideoSegments::VideoSegments(const std::string& path, double frame_rate, Flowing flowing)
-    : path_(path), frame_rate_(frame_rate), flowing_(std::move(flowing)) {
+    : path_(path),
+      frame_rate_(frame_rate),
+      flowing_(std::move(flowing)),
+      retention_(path, flowing_) {
   check_video(path, frame_rate);
   const std::string container = lower_case_extension(path);
   if (container == ".mp4" || container == ".mov") {
@@ -42,6 +45,7 @@ VideoSegments::VideoSegments(const std::string& path, double frame_rate, Flowing
 VideoSegments::~VideoSegments() = default;
 
 void VideoSegments::write(const image::Image& image) {
+  retention_.look();
   if (!has_room()) {
     ++missing_;
     return;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "retention.h"
 #include "sdmt/pipeline/line_output.h"
 #include "sdmt/pipeline/video_output_file.h"
 
@@ -34,6 +35,7 @@ class VideoSegments : public VideoOutput {
   std::string path_;
   double frame_rate_;
   Flowing flowing_;
+  Retention retention_;
   std::unique_ptr<VideoEncoder> encoder_;
   std::string segment_;
   std::chrono::steady_clock::time_point begun_, looked_;

@@ -6,6 +6,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
+#include <system_error>
+#include <utility>
 #include <vector>
 
 #include "sdmt/pipeline/utc_time.h"
@@ -52,6 +54,7 @@ ZoneWriter::ZoneWriter(const zones::ZonePlan& plan, const ZoneFiles& files,
 
 void ZoneWriter::write(const track::FinishedFrame& frame, const FrameTime& time) {
   if (!time.time) throw std::invalid_argument("zones need the time of each frame");
+  look_at_plan();
   if (!time_ && time.wall_clock) {
     const std::chrono::duration<double> since_1970 = time.wall_clock->time_since_epoch();
     wall_ = since_1970.count() - *time.time;
@@ -74,15 +77,50 @@ void ZoneWriter::commit() {
   write_summaries();
 }
 
+void ZoneWriter::follow(std::filesystem::path file, std::function<zones::ZonePlan()> read) {
+  plan_file_ = std::move(file);
+  read_plan_ = std::move(read);
+  plan_stamp_ = stamp();
+}
+
+ZoneWriter::Stamp ZoneWriter::stamp() const {
+  std::error_code failed;
+  Stamp stamp{std::filesystem::last_write_time(plan_file_, failed), 0};
+  if (!failed) stamp.bytes = std::filesystem::file_size(plan_file_, failed);
+  return failed ? plan_stamp_ : stamp;  // it may just be replaced
+}
+
+void ZoneWriter::look_at_plan() {
+  const auto now = std::chrono::steady_clock::now();
+  if (!read_plan_ || now - looked_ < std::chrono::seconds(1)) return;
+  looked_ = now;
+  const Stamp seen = stamp();
+  if (seen == plan_stamp_) return;
+  plan_stamp_ = seen;
+  try {
+    zones::ZoneCounter anew(read_plan_());
+    tell(counter_.finish());
+    write_summaries();
+    if (std::error_code failed; !files_.counts.empty()) {
+      std::filesystem::rename(files_.counts, rotated_name(files_.counts), failed);
+    }
+    counter_ = std::move(anew);
+    flowing_->tell(plan_file_.string() + ": is read again; counts begin anew");
+  } catch (const std::exception& error) {
+    flowing_->tell(std::string(error.what()) + "; the zones stay as they were");
+  }
+}
+
 void ZoneWriter::tell(const std::vector<zones::ZoneEvent>& events) {
-  if (!events_) return;
   for (zones::ZoneEvent event : events) {
     std::string utc;
     if (wall_ > 0) {
       utc = utc_text(at_second(event.time));
       event.time -= wall_;
     }
-    events_->write(zones::event_line(event, utc));
+    const std::string line = zones::event_line(event, utc);
+    if (events_) events_->write(line);
+    if (listener_) listener_(line);
   }
 }
 

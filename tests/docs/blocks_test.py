@@ -49,7 +49,7 @@ int block(const sdmt_options* options, const sdmt_model* model, sdmt_error* erro
 }
 """}
 BUILDS = {"cmake", "ctest", "gcovr"}  # with presets and options of this project
-SYSTEM = {"apt-get", "sudo", "npm", "pip", "podman", "dpkg", "for", "cp", "root=build-arm/sysroot"}
+SYSTEM = {"chmod", "systemctl", "journalctl", "apt-get", "sudo", "npm", "pip", "podman", "dpkg", "for", "cp", "root=build-arm/sysroot"}
 # Pictures, output and loops of other libraries: first words.
 TEXTS = {"tools", "795", "find_package(sdmt", "import", "tracker"}
 
@@ -127,7 +127,7 @@ STAND_INS = [
     (r"/data/", "DATA/"),
     (r"\.\.\.", ""),
     (r"--detector-size \d+", ""),
-    (r"--(rotate|serve) \S+", ""),  # of cameras; tests/live
+    (r"--(rotate|serve|keep|mqtt|mqtt-[a-z-]+) \S+", ""),  # of cameras; tests/live
     (r"--(iterations|validate-every|identities|unlabelled-batch|threads|views) \d+", ""),
     (r"--data-weights( [\d.]+)+", ""),
     (r"\S+ \| (sdmt track) - --detections - ", r"\1 INPUT "),

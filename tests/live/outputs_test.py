@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """What sdmt track leaves of a camera that never ends: killed, on a full disk. SDMT_BINARY names sdmt,
-SDMT_SCHEMA the description of its JSON lines, SDMT_KILLS how often a run is killed (3)."""
+SDMT_SCHEMAS the folder of the descriptions of its JSON lines, SDMT_KILLS how often a run is killed (3)."""
 import json
 import os
 import pathlib
@@ -14,42 +14,11 @@ import time
 import unittest
 
 from scene_camera import SDMT, SceneCamera
+from schema import fits
 
-SCHEMA = json.loads(pathlib.Path(os.environ["SDMT_SCHEMA"]).read_text())
+SCHEMA = json.loads(
+    (pathlib.Path(os.environ["SDMT_SCHEMAS"]) / "track-lines.schema.json").read_text())
 KILLS = int(os.environ.get("SDMT_KILLS", 3))
-TYPES = {"object": dict, "array": list, "string": str, "integer": int, "number": (int, float)}
-
-
-def fits(value, schema, where="line"):
-    """What is wrong with a value by those words of JSON Schema that ours uses; None for nothing."""
-    known = {"$schema", "title", "description", "type", "required", "properties", "items", "const",
-             "enum", "minimum", "pattern", "minItems", "maxItems"}
-    assert set(schema) <= known, set(schema) - known
-    if not isinstance(value, TYPES[schema["type"]]) or isinstance(value, bool):
-        return f"{where} is {value!r}, not of type {schema['type']}"
-    if "const" in schema and value != schema["const"] or value not in schema.get("enum", [value]):
-        return f"{where} is {value!r}"
-    if value < schema["minimum"] if "minimum" in schema else False:
-        return f"{where} is {value!r}"
-    if "pattern" in schema and not re.search(schema["pattern"], value):
-        return f"{where} is {value!r}"
-    if isinstance(value, dict):
-        missing = set(schema.get("required", [])) - set(value)
-        strange = set(value) - set(schema["properties"])
-        if missing or strange:
-            return f"{where} lacks {missing}, has {strange}"
-        for key, part in value.items():
-            wrong = fits(part, schema["properties"][key], f"{where}.{key}")
-            if wrong:
-                return wrong
-    if isinstance(value, list):
-        if not schema.get("minItems", 0) <= len(value) <= schema.get("maxItems", len(value)):
-            return f"{where} has {len(value)} entries"
-        for part in value:
-            wrong = fits(part, schema["items"], where + "[]")
-            if wrong:
-                return wrong
-    return None
 
 
 class Outputs(SceneCamera):

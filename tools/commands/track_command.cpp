@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/core.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
 
 #include <exception>
 #include <memory>
@@ -15,9 +17,11 @@
 #include "cli/stop_signal.h"
 #include "report/run_report_text.h"
 #include "report/zone_counts_text.h"
+#include "sdmt/io/checked_value.h"
 #include "sdmt/mot/sequence.h"
 #include "sdmt/pipeline/detection_source.h"
 #include "sdmt/pipeline/frame_source.h"
+#include "sdmt/pipeline/line_output.h"
 #include "sdmt/pipeline/sequence_runner.h"
 #include "tracking/track_outputs.h"
 #include "tracking/track_run.h"
@@ -26,9 +30,10 @@ namespace sdmt::tools {
 
 void TrackCommand::check_wanted() const {
   if (output.empty() && jsonl.empty() && render.empty() && json.empty() && zones.empty() &&
-      !stats && serve.empty()) {
+      !stats && serve.empty() && mqtt.url.empty()) {
     throw std::invalid_argument(
-        "nothing to do: give --output, --jsonl, --render, --zones, --json, --stats or --serve");
+        "nothing to do: give --output, --jsonl, --render, --zones, --json, --stats, --serve or "
+        "--mqtt");
   }
 }
 
@@ -59,6 +64,26 @@ zones::ZonePlan TrackCommand::zone_plan(const pipeline::FrameSource& frames) con
   if (plan.width > 0) return plan;
   throw std::invalid_argument(zones + ": the size of the input's picture is not known; expected " +
                               "\"picture\": [width, height]");
+}
+
+double TrackCommand::keep_seconds() const {
+  const double seconds = pipeline::Rotation::parse(keep, "--keep").seconds;
+  if (!(seconds > 0)) io::refuse_value("--keep", io::quoted(keep), "a time, as 7d (s, min, h, d)");
+  return seconds;
+}
+
+void TrackCommand::check_no_store() const {
+  if (!no_store) return;
+  const auto refuse = [](const char* option, const char* what) {
+    throw std::invalid_argument(std::string(option) + " keeps " + what +
+                                ", expected none with --no-store");
+  };
+  if (!render.empty()) refuse("--render", "pictures");
+  if (!state.empty()) refuse("--state", "the vectors of people");
+  // Nor does the memory of a process that fails.
+  const rlimit none{0, 0};
+  setrlimit(RLIMIT_CORE, &none);
+  prctl(PR_SET_DUMPABLE, 0);
 }
 
 void TrackCommand::check_state(const pipeline::FrameSource& frames) const {
@@ -123,11 +148,15 @@ void TrackCommand::report(const pipeline::RunReport& report) const {
 }
 
 void TrackCommand::run_one(const Appearances& appearances,
-                           const std::function<bool()>& asked_to_stop, CameraView* view) const {
+                           const std::function<bool()>& asked_to_stop,
+                           const Followers& followers) const {
   const auto warn = [this](const std::string& text) { this->warn(text); };
   check_wanted();
+  check_no_store();
+  if (!keep.empty()) keep_seconds();
   // Open: until here a signal ends the process at once, whatever an input waits for.
-  const auto frames = live.open(input, detections.look_at_frames(), warn);
+  const auto frames = boxes_alone() ? pipeline::open_frame_source(input)
+                                    : live.open(input, detections.look_at_frames(), warn);
   const auto boxes = detections.open(input);
   std::optional<StopSignal> own;
   if (!asked_to_stop) own.emplace();
@@ -151,7 +180,7 @@ void TrackCommand::run_one(const Appearances& appearances,
   const bool given = tracker.uses_appearance() && boxes->descriptor() != nullptr;
   const auto loaded = given ? nullptr : appearances ? appearances() : tracker.load_appearance(warn);
   track::Tracker engine(options, given ? boxes->descriptor() : loaded.get());
-  Outputs outputs(*this, *frames, engine, view);
+  Outputs outputs(*this, *frames, engine, followers);
 
   image::CameraMotionEstimator motion;
   std::optional<pipeline::RunState> kept;
@@ -168,6 +197,7 @@ void TrackCommand::run_one(const Appearances& appearances,
     observers.finished = [&](const track::FinishedFrame& frame, const pipeline::FrameTime& time) {
       outputs.write(frame, time);
     };
+    observers.progress = [&](const pipeline::RunReport& so_far) { outputs.progress(so_far); };
     observers.warning = warn;
     observers.stop = stopped;
     observers.unreadable = &outputs.unreadable();
@@ -202,9 +232,11 @@ void add_track_command(CLI::App& app) {
   auto command = std::make_shared<TrackCommand>();
   CLI::App* sub =
       app.add_subcommand("track", "Track pedestrians through a video or image sequence");
-  sub->add_option("input", command->inputs,
-                  "MOT sequence folder, image folder, video file, camera:N or rtsp:// URL; several "
-                  "with --output-dir")
+  sub->add_option(
+         "input", command->inputs,
+         "MOT sequence folder, image folder, video file, camera:N, rtsp:// URL, or - for a video "
+         "from standard input; several "
+         "with --output-dir")
       ->required()
       ->expected(1, 64)
       ->type_name("INPUT");
@@ -213,6 +245,7 @@ void add_track_command(CLI::App& app) {
       ->type_name("FILE");
   add_detection_arguments(*sub, command->detections);
   add_live_arguments(*sub, command->live);
+  add_mqtt_arguments(*sub, command->mqtt);
   sub->add_option("--output-dir", command->output_dir,
                   "Folder of a folder for each input, in which its outputs have the names that "
                   "their options say [--output tracks.txt]")
@@ -226,6 +259,13 @@ void add_track_command(CLI::App& app) {
                   "Of a camera or stream: put files aside when they are as large or old as this, "
                   "100MB or 1h (videos: 10min) [never]")
       ->type_name("SIZE|TIME");
+  sub->add_option("--keep", command->keep,
+                  "Remove what --rotate put aside once it is as old as this, 7d [never]")
+      ->type_name("TIME");
+  sub->add_flag(
+      "--no-store", command->no_store,
+      "No picture and no vector of anybody reaches a disk or a socket: --serve shows none, "
+      "--render and --state are refused");
   sub->add_flag("--blur", command->blur,
                 "Make people unrecognisable in what --render and --serve show");
   sub->add_option("--serve", command->serve,

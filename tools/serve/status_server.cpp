@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "cli/broken_pipes.h"
 #include "cli/peak_memory.h"
 #include "serve/status_page.h"
 
@@ -37,6 +38,7 @@ struct StatusServer::Server {
   std::vector<CameraView*> cameras;
   std::atomic<int> viewers = 0;
   std::atomic<bool> closing = false;
+  std::atomic<bool> ended = false;  // it listens no more, whyever
   std::thread thread;
 
   bool may_come_in(const httplib::Request& request) const {
@@ -161,15 +163,15 @@ void StatusServer::Server::add_routes() {
   http.Get("/events", [this](const Request&, Response& response) { show_events(response); });
   http.Get(R"(/picture/([^/]+))", [this](const Request& request, Response& response) {
     CameraView* const camera = find(request.matches[1]);
-    if (camera != nullptr) return show_picture(*camera, response);
+    if (camera != nullptr && camera->has_pictures()) return show_picture(*camera, response);
     response.status = 404;
-    response.set_content("there is no such camera\n", "text/plain");
+    response.set_content("there are no pictures of such a camera\n", "text/plain");
   });
   http.Get(R"(/video/([^/]+))", [this](const Request& request, Response& response) {
     CameraView* const camera = find(request.matches[1]);
-    if (camera != nullptr) return show_pictures(*camera, response);
+    if (camera != nullptr && camera->has_pictures()) return show_pictures(*camera, response);
     response.status = 404;
-    response.set_content("there is no such camera\n", "text/plain");
+    response.set_content("there are no pictures of such a camera\n", "text/plain");
   });
 }
 
@@ -195,12 +197,17 @@ StatusServer::StatusServer(const ServeAddress& address, std::string token,
     throw std::runtime_error(
         fmt::format("--serve: cannot listen on {}:{}", address.host, address.port));
   }
-  server_->thread = std::thread([this] { server_->http.listen_after_bind(); });
+  server_->thread = std::thread([server = server_.get()] {
+    keep_broken_pipes_quiet();
+    server->http.listen_after_bind();
+    server->ended = true;
+  });
 }
 
 StatusServer::~StatusServer() {
   server_->closing = true;
-  while (!server_->http.is_running()) std::this_thread::yield();
+  // stop() does nothing before it listens.
+  while (!server_->http.is_running() && !server_->ended) std::this_thread::yield();
   server_->http.stop();
   server_->thread.join();
 }

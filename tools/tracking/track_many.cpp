@@ -36,7 +36,7 @@ TrackCommand TrackCommand::of_camera(const std::string& one, const std::string& 
   return command;
 }
 
-void TrackCommand::run_many(const std::vector<std::unique_ptr<CameraView>>& views) const {
+void TrackCommand::run_many(const std::vector<Followers>& followers) const {
   if (output_dir.empty()) {
     throw std::invalid_argument(fmt::format(
         "{} inputs are given, expected --output-dir for what they leave", inputs.size()));
@@ -59,18 +59,18 @@ void TrackCommand::run_many(const std::vector<std::unique_ptr<CameraView>>& view
   std::atomic<int> failed = 0;
   std::vector<std::thread> threads;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    CameraView* const view = views.empty() ? nullptr : views[i].get();
-    threads.emplace_back([&one = cameras[i], view, &appearances, &stop, &failed, share] {
-      omp_set_num_threads(share);
-      try {
-        one.run_one(
-            appearances, [&stop] { return stop.requested(); }, view);
-      } catch (const std::exception& error) {  // the others go on
-        ++failed;
-        if (view != nullptr) view->end();
-        say(stderr, "sdmt track: {}{}\n", one.prefix(), error.what());
-      }
-    });
+    threads.emplace_back(
+        [&one = cameras[i], following = followers[i], &appearances, &stop, &failed, share] {
+          omp_set_num_threads(share);
+          try {
+            one.run_one(
+                appearances, [&stop] { return stop.requested(); }, following);
+          } catch (const std::exception& error) {  // the others go on
+            ++failed;
+            if (following.view != nullptr) following.view->end();
+            say(stderr, "sdmt track: {}{}\n", one.prefix(), error.what());
+          }
+        });
   }
   for (std::thread& thread : threads) thread.join();
   if (failed > 0) {
@@ -80,13 +80,18 @@ void TrackCommand::run_many(const std::vector<std::unique_ptr<CameraView>>& view
 
 void TrackCommand::run() const {
   std::vector<std::unique_ptr<CameraView>> views;
+  std::vector<CameraView*> shown;
+  std::vector<Followers> followers(inputs.size());
+  if (!serve.empty() || !mqtt.url.empty()) {
+    for (const std::string& name : camera_names(inputs)) {
+      views.push_back(std::make_unique<CameraView>(name));
+      followers[shown.size()].view = views.back().get();
+      shown.push_back(views.back().get());
+    }
+  }
   std::optional<StatusServer> server;
   if (!serve.empty()) {
     const auto address = ServeAddress::parse(serve);
-    std::vector<CameraView*> shown;
-    for (const std::string& name : camera_names(inputs)) {
-      shown.push_back(views.emplace_back(std::make_unique<CameraView>(name)).get());
-    }
     server.emplace(address, serve_token, shown);
     note("{}\n", server->url());
     flush_standard_output();
@@ -94,10 +99,18 @@ void TrackCommand::run() const {
       warn("--serve: whoever reaches " + server->url() + " sees the pictures; give --serve-token");
     }
   }
-  if (inputs.size() > 1 || !output_dir.empty()) return run_many(views);
+  std::optional<Publisher> publisher;
+  if (!mqtt.url.empty()) {
+    const auto tell = [this](const std::string& text) { warn(text); };
+    const auto folder = std::filesystem::path(output_dir) / "mqtt-queue";
+    publisher.emplace(mqtt.resolve(folder, tell),
+                      std::vector<const CameraView*>(shown.begin(), shown.end()), tell);
+    for (Followers& each : followers) each.publisher = &*publisher;
+  }
+  if (inputs.size() > 1 || !output_dir.empty()) return run_many(followers);
   TrackCommand one = *this;
   one.input = inputs.front();
-  one.run_one({}, {}, views.empty() ? nullptr : views.front().get());
+  one.run_one({}, {}, followers.front());
 }
 
 }  // namespace sdmt::tools

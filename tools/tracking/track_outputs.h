@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "mqtt/message_writer.h"
 #include "report/run_report_text.h"
 #include "sdmt/io/output_file.h"
 #include "sdmt/pipeline/association_log.h"
@@ -21,12 +22,14 @@ namespace sdmt::tools {
 class Outputs {
  public:
   Outputs(const TrackCommand& command, const pipeline::FrameSource& frames, track::Tracker& tracker,
-          CameraView* view)
-      : unreadable_([&command](const std::string& text) { command.warn(text); }) {
+          const Followers& followers)
+      : unreadable_([&command](const std::string& text) { command.warn(text); }),
+        view_(followers.view) {
     std::optional<pipeline::Flowing> flowing;
     if (frames.live()) {
       flowing = {pipeline::Rotation::parse(command.rotate),
                  [&command](const std::string& text) { command.warn(text); }};
+      if (!command.keep.empty()) flowing->keep = command.keep_seconds();
     }
     if (!command.output.empty()) {
       writers_.push_back(pipeline::make_mot_writer(command.output, flowing));
@@ -42,11 +45,27 @@ class Outputs {
     if (!command.zones.empty()) {
       auto writer = std::make_unique<pipeline::ZoneWriter>(command.zone_plan(frames),
                                                            command.zone_files, flowing);
+      if (followers.view != nullptr) {
+        writer->tell_events_to([followers](const std::string& line) {
+          followers.view->show_event(line);
+          if (followers.publisher != nullptr) {
+            followers.publisher->send_event(followers.view->name(), line);
+          }
+        });
+      }
+      if (flowing) {
+        writer->follow(command.zones, [&command, &frames] { return command.zone_plan(frames); });
+      }
       zones_ = writer.get();
       writers_.push_back(std::move(writer));
     }
-    if (view != nullptr) {
-      writers_.push_back(std::make_unique<ViewWriter>(*view, command.input, frames, command.blur));
+    if (followers.view != nullptr) {
+      writers_.push_back(std::make_unique<ViewWriter>(*followers.view, command.input, frames,
+                                                      command.shows_pictures(), command.blur));
+    }
+    if (followers.publisher != nullptr) {
+      writers_.push_back(std::make_unique<MessageWriter>(
+          *followers.publisher, followers.view->name(), pipeline::display_name(command.input)));
     }
     if (!command.json.empty()) json_.emplace(command.json);
     if (!command.explain.empty()) explanation_.emplace(command.explain, tracker);
@@ -63,6 +82,10 @@ class Outputs {
   }
   void write(const track::FinishedFrame& frame, const pipeline::FrameTime& time) {
     for (const auto& writer : writers_) writer->write(frame, time);
+    if (view_ != nullptr && zones_ != nullptr) view_->show_zones(zones_->counter());
+  }
+  void progress(const pipeline::RunReport& report) {
+    if (view_ != nullptr) view_->show_stages(report);
   }
   // The video comes last: it is the one that fails on a full disk, and the others are to be kept.
   void commit(const pipeline::RunReport& report) {
@@ -76,6 +99,7 @@ class Outputs {
 
  private:
   pipeline::UnreadableFrames unreadable_;
+  CameraView* view_;
   std::vector<std::unique_ptr<pipeline::TrackWriter>> writers_;
   const pipeline::ZoneWriter* zones_ = nullptr;  // one of them
   std::optional<io::OutputFile> json_;

@@ -11,7 +11,9 @@
 #include "cli/console.h"
 #include "cli/detection_arguments.h"
 #include "cli/live_arguments.h"
+#include "cli/mqtt_arguments.h"
 #include "cli/tracker_arguments.h"
+#include "mqtt/publisher.h"
 #include "sdmt/image/crop_descriptor.h"
 #include "sdmt/pipeline/sequence_runner.h"
 #include "sdmt/pipeline/zone_writer.h"
@@ -21,6 +23,12 @@ namespace sdmt::tools {
 
 using Appearances = std::function<std::unique_ptr<image::CropDescriptor>()>;
 
+/// Who follows a run beside its files; nullptr: nobody.
+struct Followers {
+  CameraView* view = nullptr;      // what --serve and --mqtt tell of it
+  Publisher* publisher = nullptr;  // --mqtt
+};
+
 /// `sdmt track` as the command line describes it.
 struct TrackCommand {
   std::vector<std::string> inputs;
@@ -28,6 +36,8 @@ struct TrackCommand {
   std::string serve;
   std::string serve_token;
   bool blur = false;
+  bool no_store = false;
+  std::string keep;
   std::string input;
   std::string camera;  // its name among several inputs; empty for one alone
   std::string output;
@@ -44,6 +54,7 @@ struct TrackCommand {
   bool stats = false;
   DetectionArguments detections;
   LiveArguments live;
+  MqttArguments mqtt;
   TrackerArguments tracker;
 
   // All inputs.
@@ -52,15 +63,19 @@ struct TrackCommand {
   void warn(const std::string& text) const {
     say(stderr, "sdmt track: {}warning: {}\n", prefix(), text);
   }
+  // Whether viewers of --serve get pictures.
+  bool shows_pictures() const { return !serve.empty() && !no_store; }
+  double keep_seconds() const;
+  // Whether boxes come by standard input, and no frames beside them.
+  bool boxes_alone() const { return input == "-" && detections.detections == "-"; }
   // The zones for the input's picture. Throws when they do not fit it.
   zones::ZonePlan zone_plan(const pipeline::FrameSource& frames) const;
 
  private:
   std::string prefix() const { return camera.empty() ? "" : camera + ": "; }
-  // `view`: where what is to be seen goes, for --serve; nullptr where nobody looks.
   void run_one(const Appearances& appearances, const std::function<bool()>& stop,
-               CameraView* view) const;
-  void run_many(const std::vector<std::unique_ptr<CameraView>>& views) const;
+               const Followers& followers) const;
+  void run_many(const std::vector<Followers>& followers) const;
   // The same for one of several inputs, with outputs in a folder of its own.
   TrackCommand of_camera(const std::string& one, const std::string& name) const;
   // Throws when no output is wanted.
@@ -69,6 +84,8 @@ struct TrackCommand {
   void check_outputs(const pipeline::DetectionSource& boxes) const;
   // Throws when the sequence has no images and something needs them.
   void check_images(const pipeline::FrameSource& frames, pipeline::DetectionSource& boxes) const;
+  // Throws when something would take pictures or vectors out of memory, with --no-store.
+  void check_no_store() const;
   // Throws when there is a state to be kept that some output or input cannot go on from.
   void check_state(const pipeline::FrameSource& frames) const;
   std::string run_name() const;

@@ -16,14 +16,16 @@ struct Rotation {
   double seconds = 0;
 
   /// "100MB" (kB, MB, GB: 1000 bytes and so on), "1h" (s, min, h, d), or empty: never. Throws
-  /// std::invalid_argument for anything else, less than 1 kB or less than a second.
-  static Rotation parse(const std::string& text);
+  /// std::invalid_argument, saying that `name` is that, for anything else, less than 1 kB or less
+  /// than a second.
+  static Rotation parse(const std::string& text, const std::string& name = "rotation");
 };
 
 /// How the outputs of an input without an end are kept.
 struct Flowing {
   Rotation rotation;
   std::function<void(const std::string&)> tell;  ///< takes one line: the disk is full, and so on
+  double keep = 0;  ///< seconds after which what was put aside is removed; 0: never
 };
 
 /// Lines of text on their way to a file.
@@ -42,10 +44,11 @@ class LineOutput {
 ///
 /// With it, lines are appended to the file as they come, and are there even if the program is
 /// killed. When the file is to give way it is renamed from NAME.jsonl to NAME.TIME.jsonl with the
-/// time in UTC (20260301T140509Z). A write that fails (full disk) ends in nothing: the file is cut
-/// back to its last whole line, that is told, lines are left out until one can be written again, at
-/// most one attempt a second, and then it is told how many are missing. Throws std::runtime_error
-/// when the file cannot be opened, or another program is writing it.
+/// time in UTC (20260301T140509Z), and removed once it is as old as `keep`. A write that fails
+/// (full disk) ends in nothing: the file is cut back to its last whole line, that is told, lines
+/// are left out until one can be written again, at most one attempt a second, and then it is told
+/// how many are missing. Throws std::runtime_error when the file cannot be opened, or another
+/// program is writing it.
 std::unique_ptr<LineOutput> open_line_output(const std::string& path,
                                              const std::optional<Flowing>& flowing = {});
 

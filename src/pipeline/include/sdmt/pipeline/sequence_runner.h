@@ -44,6 +44,7 @@ struct RunObservers {
   std::function<void(const track::FinishedFrame&, const FrameTime&)> finished;
   std::function<void(const std::string&)> warning;  ///< one line of text
   std::function<bool()> stop;                       ///< true: end as at the last frame
+  std::function<void(const RunReport&)> progress;   ///< after each frame: what was done so far
   UnreadableFrames* unreadable = nullptr;  ///< counts them with others; then it warns of them
   /// Keeps what a killed run can go on from. A run that goes on hands over all finished frames from
   /// the first one, and passes over the frames of a repeatable input that it had seen.

@@ -31,12 +31,16 @@ class TrackWriter {
 std::unique_ptr<TrackWriter> make_mot_writer(const std::string& path,
                                              const std::optional<Flowing>& flowing = {});
 
-/// One JSON object a line and finished frame, as docs/track-lines.schema.json describes it:
+/// A finished frame as a JSON object with a line end, as docs/track-lines.schema.json describes it:
 /// {"version":1,"source":"rtsp://***@host/a","frame":7,"time":0.24,"utc":"2026-03-01T14:05:09.250Z",
 ///  "tracks":[{"id":1,"box":[left,top,width,height],"score":0.91,"source":"detected"}],
 ///  "merges":[{"from":9,"to":1}]}
 /// "time" in seconds from the first frame where it is known, "utc" for cameras and streams.
-/// `source` names the input. "-" as `path` writes to standard output. Throws as open_line_output().
+/// `source` names the input.
+std::string finished_frame_line(const std::string& source, const track::FinishedFrame& frame,
+                                const FrameTime& time);
+
+/// finished_frame_line()s. "-" as `path` writes to standard output. Throws as open_line_output().
 std::unique_ptr<TrackWriter> make_jsonl_writer(const std::string& path, const std::string& source,
                                                const std::optional<Flowing>& flowing = {});
 
