@@ -8,6 +8,7 @@
 # threads   the multi-threaded tests of nn, track and the C interface under ThreadSanitizer
 # fuzz      the readers of ground truth, results and models, and the C interface, FUZZ_SECONDS (600) each
 # faults    file calls and allocations of all commands fail once; hostile files; kill -9; full disks
+# docs      every code block of the pages that python.docs does not run
 # mpi       trainings of 8 and 16 processes, 30 kills, helgrind over two
 # soak      200,000 frames without growth of memory or time
 # practice  an embedder trained on made-up people alone tells strangers apart
@@ -50,6 +51,14 @@ faults() {
   unshare --mount --map-root-user python3 tests/faults/disks.py --sdmt build/sdmt
   python3 tests/faults/faults.py --sdmt build/sdmt \
     --injector build/tests/faults/libfault_injector.so --most 60
+}
+
+docs() {
+  cmake --preset release
+  cmake --build build --parallel "$jobs" --target sdmt
+  local includes=()
+  for module in io mot image nn reid track c; do includes+=("src/$module/include"); done
+  python3 -B tests/docs/blocks_test.py build/sdmt . c++ "${includes[@]/#/$PWD/}"
 }
 
 browser() {
@@ -141,9 +150,9 @@ arm() {
 }
 
 parts=("$@")
-[ ${#parts[@]} -gt 0 ] || parts=(sanitize threads fuzz faults mpi soak practice people browser arm)
+[ ${#parts[@]} -gt 0 ] || parts=(sanitize threads fuzz faults docs mpi soak practice people browser arm)
 for part in "${parts[@]}"; do
-  declare -F "$part" >/dev/null || { sed -n '3,17s/^# \{0,1\}//p' "$0" >&2; exit 2; }
+  declare -F "$part" >/dev/null || { sed -n '3,18s/^# \{0,1\}//p' "$0" >&2; exit 2; }
 done
 scripts/install-dependencies.sh develop
 for part in "${parts[@]}"; do

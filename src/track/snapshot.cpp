@@ -54,6 +54,12 @@ struct Snapshot {
     archive.value(number);
     archive.check(std::abs(number) <= kLargest, "holds a number that cannot be");
   }
+  // A detector's, or a sum of them: any finite number.
+  template <typename Archive>
+  static void score(Archive& archive, double& number) {
+    archive.value(number);
+    archive.check(std::isfinite(number), "holds a number that cannot be");
+  }
   template <typename Archive>
   static void variance(Archive& archive, double& number) {
     archive.value(number);
@@ -120,7 +126,7 @@ struct Snapshot {
           whole(archive, entry.frame, 1, frame);
           choice(archive, entry.source, BoxSource::boosted);
           archive.value(entry.merged);
-          real(archive, entry.score);
+          score(archive, entry.score);
           fields(archive, entry.measured);
           fields(archive, entry.filtered);
           fields(archive, entry.forward);
@@ -158,7 +164,7 @@ struct Snapshot {
     archive.value(tracklet.looked_back);
     archive.value(tracklet.reported);
     whole(archive, tracklet.confidence.length, 0, kLatest);
-    real(archive, tracklet.confidence.score_sum);
+    score(archive, tracklet.confidence.score_sum);
     fields(archive, tracklet.gallery, dimension);
     fields(archive, tracklet.history, frame);
     archive.check(tracklet.history.entries_.back().frame == tracklet.last_frame,
@@ -196,7 +202,7 @@ struct Snapshot {
               archive, entry.boxes, [] { return mot::Detection{}; },
               [&](mot::Detection& detection) {
                 fields(archive, detection.box);
-                real(archive, detection.score);
+                score(archive, detection.score);
               });
         });
   }
@@ -240,7 +246,7 @@ struct Snapshot {
               [&](TrackedBox& box) {
                 whole(archive, box.id, 1, kLatest);
                 fields(archive, box.box);
-                real(archive, box.score);
+                score(archive, box.score);
                 choice(archive, box.source, BoxSource::interpolated);
               });
         });

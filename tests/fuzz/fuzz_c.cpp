@@ -88,9 +88,10 @@ struct Session {
     require(sdmt_tracker_frame(tracker, sdmt_tracker_finished(tracker)) == nullptr);
   }
 
-  // Mostly small ones, now and then any.
+  // A zoom that went on for hundreds of frames would leave the range of every number.
   static sdmt_camera_motion motion(Input& in) {
-    return {1 + in.number() / 1024, in.number() / 1024, in.number() / 16, in.number() / 16};
+    const auto small = [&in] { return in.take<std::int8_t>() / 16384.0; };
+    return {1 + small(), small(), in.number() / 16, in.number() / 16};
   }
 
   void update(Input& in) {

@@ -164,6 +164,11 @@ class Times(unittest.TestCase):
         self.assertEqual({i for f in whole for i in f.ids.tolist()}, {1, 2})
         self.assertEqual(rows(self.run_scene(13)), rows(whole))
 
+    def test_any_score_goes_into_a_snapshot(self):
+        tracker = sdmt.Tracker()
+        tracker.update([[1, 2, 30, 40]], [1e300])
+        sdmt.Tracker().restore(tracker.save())
+
     def test_time_rises(self):
         tracker = sdmt.Tracker(frame_rate=10)
         tracker.update([], time=1)
