@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""sdmt track on a camera that stalls, dies, comes back and sends garbage. SDMT_BINARY names sdmt."""
+"""sdmt track on a camera that stalls, dies, comes back and sends garbage. SDMT_BINARY names sdmt,
+SDMT_LOSSES how often a camera is lost in a row (5)."""
 import json
 import os
 import pathlib
@@ -14,6 +15,7 @@ import unittest
 from camera_server import Camera
 
 SDMT = os.environ["SDMT_BINARY"]
+LOSSES = int(os.environ.get("SDMT_LOSSES", 5))
 UTC = r"20\d\d-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z"
 
 
@@ -104,6 +106,24 @@ class Streams(unittest.TestCase):
         _, report = self.finish(process, 1)
         self.assertEqual(report["live"]["received"], 25)
         self.assertEqual(report["live"]["garbled"], 2)
+
+    def test_many_losses_leave_nothing_behind(self):
+        once = [("frames", 4, 30), ("end",)]
+        camera = self.camera(*[once] * (LOSSES + 1), [("frames", 30, 30), ("stall", 60)])
+        process = self.start(camera, "--detections", self.path / "large/det/det.txt", "--jsonl",
+                             self.path / "losses.jsonl", "--delay", "0")
+        held = []
+        for calls in 3, LOSSES:
+            self.until(lambda: camera.calls > calls, 120)
+            held.append(len(os.listdir(f"/proc/{process.pid}/fd")))
+        self.until(lambda: camera.sent >= 4 * (LOSSES + 1) + 30, 60)
+        time.sleep(0.5)
+        messages, report = self.finish(process, 130, signal.SIGINT)
+        self.assertLessEqual(held[1], held[0] + 1)  # it may just be opening
+        lines = (self.path / "losses.jsonl").read_text().splitlines()
+        self.assertEqual([json.loads(line)["frame"] for line in lines],
+                         list(range(1, report["frames"] + 1)))
+        self.assertEqual(messages.count("is back"), LOSSES + 1)
 
     def piped(self, *words):
         process = subprocess.Popen(
