@@ -92,8 +92,8 @@ class Bench:
             run([self.a.sdmt, "evaluate", "--gt", folder, "--results", tracks, "--benchmark",
                  self.a.benchmark, "--json", report])
             scores = json.loads(report.read_text())["combined"]
-            sums[0] += scores["MOTA"] / self.a.draws
-            sums[1] += scores["IDF1"] / self.a.draws
+            sums[0] += 100 * scores["MOTA"] / self.a.draws
+            sums[1] += 100 * scores["IDF1"] / self.a.draws
         return sums
 
 

@@ -29,6 +29,9 @@ namespace {
 constexpr int kAtOnce = 64;
 // A triplet's softness, in units of the distance that separates one person from two.
 constexpr double kTripletScale = 9;
+// Weights are good as long as this share of the most that was gained is left: on few people a curve
+// trembles by as much, while what the anchor allows to be learnt goes on to help.
+constexpr double kKeptGain = 0.5;
 // Multiplications of a crop from which on only the head is trained.
 constexpr double kLargeNetwork = 0.5e9;
 
@@ -248,9 +251,10 @@ Adaptation adapt(reid::Model& model, const SceneLessons& lessons, const Adaptati
   Run run(model, lessons, options);
   const reid::Roc before = run.curve(lessons.held_out);
   Adaptation result{0, before, before};
-  BestWeights start, best;
+  BestWeights start, kept;
   start.keep(run.state(), 0);
-  best = start;
+  kept = start;
+  double most = 0;  // gained in area so far
   int in_vain = 0;
   for (std::int64_t i = 0; i < options.iterations && in_vain < options.patience; ++i) {
     AdaptationStep step = run.step(i);
@@ -258,17 +262,19 @@ Adaptation adapt(reid::Model& model, const SceneLessons& lessons, const Adaptati
     if (step.iteration % options.score_every == 0 || step.iteration == options.iterations) {
       scored = run.curve(lessons.held_out);
       step.scored = &*scored;
+      const double gain = scored->auc() - before.auc();
+      most = std::max(most, gain);
       ++in_vain;
-      if (scored->auc() > result.after.auc()) {
+      if (gain > 0 && gain >= kKeptGain * most) {
         in_vain = 0;
-        best.keep(run.state(), step.iteration);
+        kept.keep(run.state(), step.iteration);
         result.iterations = step.iteration;
         result.after = *scored;
       }
     }
     progress(step);
   }
-  run.take(result.gained() ? best : start);
+  run.take(result.gained() ? kept : start);
   return result;
 }
 

@@ -106,14 +106,19 @@ TEST_F(Adapt, RefusesScenesThatTeachNothing) {
   write_file(empty + "/det/det.txt", "");
   refused(adapt(empty), "the part that teaches has 0 tracks");
   refused(adapt(empty, {"--frames", "40-20"}), "--frames is '40-20', expected A-B, A- or -B");
+  refused(adapt(empty, {"--frames", "61-"}), "has no frame 61");
   refused(adapt("camera:0"), "is looked at twice");
   refused(run_sdmt({"adapt", "--model", start(), "--output", start(), empty}),
           "is read as --model");
 }
 
 TEST_F(Adapt, WritesNothingWhereNothingIsGained) {
-  const auto result = adapt(scene("plaza", 300, 10), {"--lr", "1e-9", "--iterations", "1"});
+  const auto result = adapt(
+      scene("plaza", 300, 10),
+      {scene("yard", 120, 6), "--detections", "det.txt", "--lr", "1e-9", "--iterations", "1"});
   EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.out, HasSubstr("plaza: 300 frames"));
+  EXPECT_THAT(result.out, HasSubstr("yard: 120 frames"));
   EXPECT_THAT(result.err, HasSubstr("nothing was gained on the part held out"));
   EXPECT_FALSE(has_output());
 }

@@ -17,6 +17,8 @@ ModelMetadata full() {
   metadata.margin = 0.25;
   metadata.tau_a = AffinityThreshold{0.8625, "fpr", 0.01};
   metadata.training = TrainingSummary{{"cuhk03", "a \"b\""}, 3000, "contrastive", {{"auc", 0.977}}};
+  metadata.adaptation = AdaptationSummary{"lite", {"yard", "gate"}, "2026-11-27 06:01 UTC",
+                                          40,     {{"auc", 0.9}},   {{"auc", 0.95}}};
   metadata.provenance = "two\nlines";
   return metadata;
 }
@@ -34,6 +36,13 @@ TEST(ModelMetadata, RoundTrips) {
   EXPECT_EQ(read.training->iterations, 3000);
   EXPECT_EQ(read.training->loss, "contrastive");
   EXPECT_THAT(read.training->scores, testing::ElementsAre(testing::Pair("auc", 0.977)));
+  ASSERT_TRUE(read.adaptation.has_value());
+  EXPECT_EQ(read.adaptation->start, "lite");
+  EXPECT_THAT(read.adaptation->scenes, testing::ElementsAre("yard", "gate"));
+  EXPECT_EQ(read.adaptation->date, "2026-11-27 06:01 UTC");
+  EXPECT_EQ(read.adaptation->iterations, 40);
+  EXPECT_THAT(read.adaptation->before, testing::ElementsAre(testing::Pair("auc", 0.9)));
+  EXPECT_THAT(read.adaptation->after, testing::ElementsAre(testing::Pair("auc", 0.95)));
   EXPECT_EQ(read.provenance, "two\nlines");
   EXPECT_EQ(to_json(read), to_json(full()));
 }
@@ -48,6 +57,7 @@ TEST(ModelMetadata, OptionalKeysMayBeAbsentAndOthersAreIgnored) {
   EXPECT_EQ(read.margin, 0.2);
   EXPECT_FALSE(read.tau_a.has_value());
   EXPECT_FALSE(read.training.has_value());
+  EXPECT_FALSE(read.adaptation.has_value());
 }
 
 TEST(ModelMetadata, TextThatIsNotUtf8DoesNotKeepAModelFromBeingSaved) {
@@ -109,6 +119,8 @@ TEST(ModelMetadata, RefusalsNameTheKey) {
             "m.safetensors: metadata margin is 0.000000, expected > 0");
   EXPECT_EQ(refusal("\"iterations\":3000", "\"iterations\":-1"),
             "m.safetensors: metadata training.iterations is -1, expected >= 0");
+  EXPECT_EQ(refusal(R"("iterations":40)", R"("iterations":-4)"),
+            "m.safetensors: metadata adaptation.iterations is -4, expected >= 0");
 }
 
 }  // namespace

@@ -149,6 +149,9 @@ ObservedScene observe(const std::string& input, const SceneView& view, const War
                                 "sequence; record the camera first");
   }
   Tracks tracks = track(input, view, warn, progress);
+  if (tracks.frames.last < tracks.frames.first) {
+    throw std::invalid_argument(fmt::format("{}: has no frame {}", input, tracks.frames.first));
+  }
   ObservedScene scene;
   scene.name = std::filesystem::weakly_canonical(input).filename().string();
   scene.frames = tracks.frames.last - tracks.frames.first + 1;

@@ -35,7 +35,7 @@ struct AdaptationOptions {
   double learning_rate = 3e-4;    ///< of Adam at the first step, falls to a tenth; > 0
   double anchor_weight = 0.1;     ///< of the anchor against what the tracks teach, >= 0
   std::int64_t score_every = 10;  ///< steps, >= 1; also after the last
-  int patience = 4;  ///< scorings in a row that find nothing better before it stops, >= 1
+  int patience = 4;               ///< scorings in a row that find too little before it stops, >= 1
 
   /// Throws std::invalid_argument naming field, value and bound.
   void validate() const;
@@ -54,7 +54,7 @@ struct Adaptation {
   static constexpr double kLeastGain = 0.05;
   static constexpr double kTpr = 0.7;  ///< where false matches are compared
 
-  std::int64_t iterations = 0;  ///< after which the curve was best; 0: the start is the best
+  std::int64_t iterations = 0;  ///< that the weights have taken; 0: none was better than the start
   reid::Roc before, after;
 
   /// The area above the curve fell by kLeastGain, and at kTpr there are no more false matches.
@@ -67,8 +67,8 @@ struct Adaptation {
 /// margin, whose scale follows from the start's distances. Beside them anchors, in changing
 /// colours, whose vectors are to remain the start's: they keep what the network knows of others.
 /// Normalisations keep their statistics. Of networks above 1 GFLOP a crop only the head learns.
-/// The best weights by the area under the curve of the part held out are kept. The metadata says
-/// nothing of it yet.
+/// The latest weights are kept under whose curve of the part held out at least half of the largest
+/// gain in area is left. The metadata says nothing of it yet.
 ///
 /// The same for any number of threads. `progress` may throw to stop; the model is then to be thrown
 /// away. Throws std::invalid_argument as the options do, and naming what a part lacks of

@@ -33,7 +33,8 @@ struct SceneCropOptions {
 /// Tracks that have not met may be one person, and are no evidence.
 class Meetings {
  public:
-  explicit Meetings(int tracks = 0);
+  Meetings() = default;
+  explicit Meetings(int tracks);
 
   int tracks() const { return tracks_; }
   bool operator()(int a, int b) const { return met_[index(a, b)] != 0; }
@@ -44,7 +45,7 @@ class Meetings {
     return static_cast<std::size_t>(a) * static_cast<std::size_t>(tracks_) +
            static_cast<std::size_t>(b);
   }
-  int tracks_;
+  int tracks_ = 0;
   std::vector<unsigned char> met_;
 };
 
