@@ -69,13 +69,20 @@ DetectionFormat recognise_format(const fs::path& path) {
   if (fs::is_directory(path, failed)) return DetectionFormat::yolo;
   const std::string text = io::read_text(path);
   std::string_view first;
+  std::size_t objects = 0;  // lines that begin one of JSON's
   io::for_each_line(text, [&](std::size_t, std::string_view line) {
     if (first.empty()) first = line;
+    if (line.starts_with('{')) ++objects;
   });
+  if (std::any_of(first.begin(), first.end(),
+                  [](unsigned char c) { return c < ' ' && c != '\t'; })) {
+    throw std::invalid_argument(path.string() +
+                                ": is no text, expected boxes in a format of --detections-format");
+  }
   if (first.starts_with('[')) return DetectionFormat::coco;
   if (first.starts_with('{')) {
-    const bool a_frame = first.ends_with('}') && first.find("\"boxes\"") != std::string_view::npos;
-    return a_frame ? DetectionFormat::json_lines : DetectionFormat::coco;
+    const bool a_frame = objects > 1 || first.find("\"boxes\"") != std::string_view::npos;
+    return first.ends_with('}') && a_frame ? DetectionFormat::json_lines : DetectionFormat::coco;
   }
   constexpr std::size_t kKittiColumns = 10;
   const auto cells = words(first);

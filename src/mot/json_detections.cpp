@@ -32,7 +32,7 @@ struct Place {
   long long whole() const {
     constexpr double kLargest = 1e15;
     if (!value.is_number() || std::abs(number()) > kLargest || number() != std::floor(number())) {
-      refuse("a whole number");
+      refuse("a whole number up to 1e15");
     }
     return static_cast<long long>(number());
   }

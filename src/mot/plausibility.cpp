@@ -35,6 +35,25 @@ bool fractions(std::span<const Tlwh> boxes) {
          }) == 1;
 }
 
+// Whoever walks through a picture leaves its upper left hundred pixels.
+bool percentages(std::span<const Tlwh> boxes, int width, int height) {
+  constexpr double kWhole = 100, kSlack = 5, kReach = 60;
+  constexpr int kSmallest = 200;
+  if (std::min(width, height) < kSmallest || boxes.size() < 5 * kEnough) return false;
+  double reach_x = 0, reach_y = 0;
+  for (const Tlwh& box : boxes) {
+    if (box.left < -kSlack || box.top < -kSlack) return false;
+    reach_x = std::max(reach_x, right(box));
+    reach_y = std::max(reach_y, bottom(box));
+  }
+  return std::min(reach_x, reach_y) >= kReach && std::max(reach_x, reach_y) <= kWhole + kSlack;
+}
+
+bool wider_than_tall(std::span<const Tlwh> boxes) {
+  constexpr double kMost = 0.9;
+  return share(boxes, [](const Tlwh& b) { return b.width > b.height; }) >= kMost;
+}
+
 // A box that lies right of and below the middle of its own size does so in few pictures; two
 // corners always look as if it did.
 bool corners(std::span<const Tlwh> boxes, int width, int height) {
@@ -99,7 +118,15 @@ std::string describe_implausible(std::span<const Tlwh> boxes, int width, int hei
   if (centres(boxes, width, height)) {
     return "the boxes look like centres and sizes (cx,cy,width,height)" + std::string(kCure);
   }
-  return other_size(boxes, width, height);
+  if (percentages(boxes, width, height)) {
+    return "all boxes lie within 0..100: they look like percent of the picture" +
+           std::string(kCure);
+  }
+  if (auto text = other_size(boxes, width, height); !text.empty()) return text;
+  if (wider_than_tall(boxes)) {
+    return "the boxes are wider than tall: are widths and heights swapped?" + std::string(kCure);
+  }
+  return {};
 }
 
 std::string describe_implausible(const DetectionFile& file, int width, int height) {

@@ -121,7 +121,12 @@ Sequence Sequence::read(const fs::path& folder) {
     if (key == "name" && !text.empty()) sequence.name = text;
     if (key == "imDir" && !text.empty()) sequence.image_folder = text;
     if (key == "imExt" && !text.empty()) sequence.image_extension = text;
-    if (key == "seqLength") sequence.length = value.whole("seqLength", 0);
+    if (key == "seqLength") {
+      // Whoever goes from frame to frame must not go on for ever for one absurd number.
+      constexpr int kLongest = 10'000'000;
+      sequence.length = value.whole("seqLength", 0);
+      if (sequence.length > kLongest) value.refuse("seqLength", sequence.length, "<= 10000000");
+    }
     if (key == "imWidth") sequence.width = value.whole("imWidth", 0);
     if (key == "imHeight") sequence.height = value.whole("imHeight", 0);
     if (key == "frameRate") {

@@ -140,6 +140,9 @@ TEST_F(DetectionFormats, SayWhatIsWrongWhere) {
   expect("l.jsonl", "{\"boxes\":[[1,1,5,5]],\"scores\":[1,2]}\n",
          "l.jsonl:1: scores has 2 entries, expected 1, one a box");
   expect("l.jsonl", "{\"boxes\":[],\"score\":[]}\n", "l.jsonl:1: unknown key 'score'");
+  expect("l.jsonl", "{\"frame\":1,\"bbox\":[]}\n{\"frame\":2,\"bbox\":[]}\n",
+         "l.jsonl:1: has no boxes, expected {");
+  expect("d.gz", "\x1f\x8b\x08\x01", "d.gz: is no text, expected boxes");
   expect("l.jsonl", "{\"frame\":2,\"boxes\":[]}\n{\"frame\":2,\"boxes\":[]}\n",
          "l.jsonl:2: frame 2 follows frame 2, expected a later one");
   expect("l.jsonl", "{\"boxes\":[],\"time\":2}\n{\"boxes\":[],\"time\":1}\n",

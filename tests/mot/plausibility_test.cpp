@@ -63,6 +63,19 @@ TEST(Plausibility, KnowsFractions) {
   EXPECT_THAT(described(shrink, 0, 0), HasSubstr("within 0..1"));
 }
 
+TEST(Plausibility, KnowsPercent) {
+  EXPECT_THAT(described([](Tlwh& b) {
+                b = {100 * b.left / kWidth, 100 * b.top / kHeight, 100 * b.width / kWidth,
+                     100 * b.height / kHeight};
+              }),
+              HasSubstr("within 0..100"));
+}
+
+TEST(Plausibility, KnowsWidthsThatAreHeights) {
+  EXPECT_THAT(described([](Tlwh& b) { std::swap(b.width, b.height); }, 2 * kWidth, 2 * kHeight),
+              HasSubstr("wider than tall"));
+}
+
 TEST(Plausibility, KnowsTwoCorners) {
   const auto corners = [](Tlwh& b) { b = {b.left, b.top, b.left + b.width, b.top + b.height}; };
   EXPECT_THAT(described(corners), HasSubstr("two corners"));

@@ -83,6 +83,8 @@ TEST_F(SequenceFolder, NamesTheLineThatIsWrong) {
               ::testing::EndsWith("seqinfo.ini:2: seqLength is 'many', expected a number"));
   write("frameRate=0\n");
   EXPECT_THAT(error(), ::testing::EndsWith("seqinfo.ini:1: frameRate is 0, expected > 0"));
+  write("seqLength=2147483647\n");
+  EXPECT_THAT(error(), ::testing::EndsWith("seqLength is 2147483647, expected <= 10000000"));
   write("imWidth=-5\n");
   EXPECT_THAT(error(), ::testing::EndsWith("seqinfo.ini:1: imWidth is -5, expected >= 0"));
 }
