@@ -17,12 +17,12 @@ The teacher is any network that OpenCV's dnn reads; it gets RGB, 128 x 256, with
 deviation. The same seed gives the same crops. Needs python3-opencv and python3-numpy.
 """
 import argparse
-import json
 import pathlib
-import struct
 
 import cv2
 import numpy as np
+
+from embeddings import write_embeddings
 
 SIZE = (64, 128)  # of a crop: width, height
 WAIST = (58, 74)  # rows of a crop between which the legs may begin
@@ -137,16 +137,6 @@ def teach(network, image):
     network.setInput(np.ascontiguousarray(values.transpose(2, 0, 1)[None]))
     vector = network.forward().ravel()
     return vector / np.linalg.norm(vector)
-
-
-def write_embeddings(path, names, vectors):
-    values = np.asarray(vectors, np.float32)
-    header = json.dumps({
-        "__metadata__": {"images": json.dumps(names)},
-        "embeddings": {"dtype": "F32", "shape": list(values.shape),
-                       "data_offsets": [0, values.nbytes]}}).encode()
-    header += b" " * (-len(header) % 8)
-    path.write_bytes(struct.pack("<Q", len(header)) + header + values.tobytes())
 
 
 def main():
