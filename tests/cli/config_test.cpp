@@ -44,6 +44,16 @@ TEST_F(Config, TheCommandLineWinsAndALaterFileWins) {
   EXPECT_THAT(result.out, HasSubstr("4 walkers"));
 }
 
+TEST_F(Config, ATypedOptionWinsOverTheFilesThatItExcludes) {
+  const auto file = config("a.json", R"({"architecture": "lite"})");
+  const std::string missing = folder_ / "missing.safetensors";
+  const auto result = run_sdmt({"bench", "--config", file, "--model", missing});
+  EXPECT_NE(result.exit_code, 0);
+  EXPECT_THAT(result.err, AllOf(HasSubstr(missing), testing::Not(HasSubstr("excludes"))));
+  EXPECT_THAT(run_sdmt({"bench", "--architecture", "lite", "--model", missing}).err,
+              HasSubstr("excludes"));
+}
+
 TEST_F(Config, AnUnknownKeyIsAnErrorNamingFileAndKey) {
   const auto result = make_scene({"--config", config("a.json", R"({"frame": 3})")});
   EXPECT_EQ(result.exit_code, 2);

@@ -106,6 +106,14 @@ bool typed(const CLI::Option& option, const std::vector<std::string>& arguments)
   });
 }
 
+// Or one was typed that cannot stand beside it: --model where the file names an architecture.
+bool overruled(const CLI::Option& option, const std::vector<std::string>& arguments) {
+  const auto excluded = option.get_excludes();
+  return typed(option, arguments) ||
+         std::any_of(excluded.begin(), excluded.end(),
+                     [&](const CLI::Option* other) { return typed(*other, arguments); });
+}
+
 }  // namespace
 
 std::vector<const CLI::App*> named_commands(const CLI::App& app,
@@ -152,7 +160,7 @@ ExpandedArguments expand_config(const CLI::App& app, std::vector<std::string> ar
   }
   std::vector<std::string> added;
   for (auto& [key, list] : words) {
-    if (typed(*find_option(*command, key), arguments)) {
+    if (overruled(*find_option(*command, key), arguments)) {
       expanded.origin.erase("--" + key);
     } else {
       added.insert(added.end(), list.begin(), list.end());

@@ -12,7 +12,8 @@ namespace sdmt::tools {
 ///
 /// A config file is one JSON object. Its keys are long option names of the command without dashes,
 /// its values what one would type: {"lambda": 0.5, "boosting": true, "delay": "auto",
-/// "sequences": ["a", "b"]}. A later file wins over an earlier one, the command line over all.
+/// "sequences": ["a", "b"]}. A later file wins over an earlier one, the command line over all: also
+/// a typed option that excludes the file's.
 struct ExpandedArguments {
   std::vector<std::string> arguments;         ///< without the program's name, as typed + config
   std::map<std::string, std::string> origin;  ///< "--lambda" -> the file that set it
