@@ -48,6 +48,7 @@ void replace_first(std::string& text, std::string_view part, std::string_view by
 
 void add_commands(CLI::App& app) {
   add_ablate_command(app);
+  add_tune_command(app);
   add_evaluate_command(app);
   add_count_command(app);
   add_detect_command(app);

@@ -162,6 +162,7 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
       for (const mot::Detection& box : boxes) people.push_back(track::to_pixel_rect(box.box));
       context.camera = observers.camera->next(view, people);
       if (!context.camera) ++report.camera_lost;
+      if (observers.camera_moved) observers.camera_moved(frame.number, context.camera);
     }
     const auto& finished = look.looked ? tracker.update(boxes, context) : tracker.skip(context);
     deliver(finished);
@@ -199,6 +200,7 @@ RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::
   }
   report.live = frames.live();
   report.stats = tracker.stats();
+  report.scene = tracker.scene();
   report.total_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return report;

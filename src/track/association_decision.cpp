@@ -15,6 +15,8 @@ const char* to_string(AssociationVerdict verdict) {
       return "no appearance stored";
     case AssociationVerdict::better_pair:
       return "a better pair was merged";
+    case AssociationVerdict::too_late:
+      return "too long after";
   }
   return "unknown";
 }

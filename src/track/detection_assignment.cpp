@@ -92,11 +92,13 @@ bool DetectionAssignment::affinity(const Tracklet& tracklet, const FrameDetectio
   const int detection = pair.b;
   if (!detections.flags[detection].embedded || tracklet.gallery.empty()) return true;
   if (!options_.appearance_gate && options_.lambda <= 0) return true;
+  const double threshold = scene_.assignment_threshold;
   double appearance =
       1 - tracklet.gallery.distance(detections.feature(detection), appearance_.gallery_distance);
-  if (options_.appearance_gate && !(appearance > tau_a_)) return false;
-  if (options_.rescale_affinity) appearance = (appearance - tau_a_) / (1 - tau_a_);
-  value = options_.lambda * appearance + (1 - options_.lambda) * motion;
+  if (options_.appearance_gate && !(appearance > threshold)) return false;
+  if (options_.rescale_affinity) appearance = (appearance - threshold) / (1 - threshold);
+  const double lambda = options_.lambda * scene_.say;
+  value = lambda * appearance + (1 - lambda) * motion;
   return true;
 }
 

@@ -7,6 +7,7 @@
 #include "frame_detections.h"
 #include "sdmt/mot/assignment.h"
 #include "sdmt/mot/overlaps.h"
+#include "sdmt/track/scene.h"
 #include "sdmt/track/tracker_options.h"
 #include "tracklet.h"
 
@@ -23,8 +24,8 @@ struct Match {
 class DetectionAssignment {
  public:
   DetectionAssignment(const AssignmentOptions& options, const AppearanceOptions& appearance,
-                      double tau_a)
-      : options_(options), appearance_(appearance), tau_a_(tau_a) {}
+                      const SceneReport& scene)
+      : options_(options), appearance_(appearance), scene_(scene) {}
 
   /// The pairs of active tracklets (their predictions) and detections that pass the motion gate;
   /// to be called again when detections were added. `skipped`: frames since the last look
@@ -47,7 +48,7 @@ class DetectionAssignment {
 
   const AssignmentOptions& options_;
   const AppearanceOptions& appearance_;
-  double tau_a_;
+  const SceneReport& scene_;  // its threshold and say
   mot::OverlapFinder overlaps_;
   std::vector<mot::Tlwh> predictions_, widened_;
   std::vector<mot::Overlap> gated_;

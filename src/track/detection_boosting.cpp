@@ -54,7 +54,7 @@ int DetectionBoosting::boost(int frame, const image::ImageView& image,
   const std::size_t first = detections.size();
   affinities_.clear();
   for (std::size_t i = 0; i < searching_.size(); ++i) {
-    double best = tau_a_ + options_.margin;
+    double best = scene_.assignment_threshold + options_.margin;
     std::size_t chosen = candidates_.size();
     for (std::size_t j = first_candidate_[i]; j < first_candidate_[i + 1]; ++j) {
       if (!rows_.valid[j]) continue;

@@ -21,12 +21,12 @@ namespace sdmt::track {
 /// one size or three. They are clipped to the image and all embedded in one batch; with one_pass
 /// those inside the image are embedded by CropDescriptor::describe_shifted(), size by size, and
 /// those that leave it are left out. The one closest in appearance joins the detections when its
-/// affinity is above tau_a by more than `margin`.
+/// affinity is above the threshold by more than `margin`.
 class DetectionBoosting {
  public:
   DetectionBoosting(const BoostingOptions& options, const AppearanceOptions& appearance,
-                    const ConfidenceOptions& confidence, double tau_a)
-      : options_(options), appearance_(appearance), confidence_(confidence), tau_a_(tau_a) {}
+                    const ConfidenceOptions& confidence, const SceneReport& scene)
+      : options_(options), appearance_(appearance), confidence_(confidence), scene_(scene) {}
 
   /// Appends the boosted boxes to `detections`, if any, and then marks those dropped that overlap a
   /// better one by more than `nms`, the detector's among them: those by score, after them the
@@ -59,7 +59,7 @@ class DetectionBoosting {
   const BoostingOptions& options_;
   const AppearanceOptions& appearance_;
   const ConfidenceOptions& confidence_;
-  double tau_a_;
+  const SceneReport& scene_;
   std::vector<std::uint8_t> matched_;  // [active]
   bool changed_ = false;
   std::vector<std::size_t> searching_;        // indices into active

@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "clear_pairs.h"
 #include "frame_detections.h"
-#include "sdmt/mot/overlaps.h"
 #include "sdmt/track/tracker_options.h"
 #include "tracklet.h"
 
@@ -13,9 +13,7 @@ namespace sdmt::track {
 
 /// Chooses the detections of a frame to embed. EmbedPolicy::always: the strong ones.
 /// EmbedPolicy::needed: of those, all but the ones that are
-///  - unambiguous: the detection passes the motion gate of exactly one tracklet, and that
-///    tracklet's gate is passed by no other detection, and by this one clearly: with an overlap of
-///    1.5 min_iou;
+///  - clear by motion (ClearPairs);
 ///  - and continue a known tracklet: it is confirmed (min_length detections), had its detection in
 ///    the last frame, and its gallery is fresh.
 /// Such a detection is assigned by motion and its appearance is not stored. So births, crossings,
@@ -23,26 +21,20 @@ namespace sdmt::track {
 /// frame, because the network is quicker with many crops at once.
 class EmbeddingSelection {
  public:
-  EmbeddingSelection(const AppearanceOptions& options, const AssignmentOptions& assignment,
-                     const ConfidenceOptions& confidence)
-      : options_(options), assignment_(assignment), confidence_(confidence) {}
+  EmbeddingSelection(const AppearanceOptions& options, const ConfidenceOptions& confidence)
+      : options_(options), confidence_(confidence) {}
 
   /// Indices into `detections`, ascending; the reference holds until the next call.
   const std::vector<std::size_t>& choose(int frame, bool everybody, const Tracklets& active,
                                          const FrameDetections& detections,
-                                         const std::vector<mot::Overlap>& gated);
+                                         const ClearPairs& clear);
 
  private:
   bool known(const Tracklet& tracklet, int frame) const;
 
   const AppearanceOptions& options_;
-  const AssignmentOptions& assignment_;
   const ConfidenceOptions& confidence_;
   std::vector<std::size_t> chosen_;
-  std::vector<int> detections_near_;  // [active] pairs in the gate
-  std::vector<int> tracklets_near_;   // [detections]
-  std::vector<int> tracklet_of_;      // [detections] the last of them
-  std::vector<double> overlap_;       // [detections] with it
 };
 
 }  // namespace sdmt::track

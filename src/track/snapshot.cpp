@@ -42,7 +42,7 @@ std::uint64_t checksum(std::span<const std::byte> bytes) {
 /// must be true of what is read. Who adds a field to one of these parts adds it here and raises
 /// kVersion.
 struct Snapshot {
-  static constexpr std::uint32_t kVersion = 2;
+  static constexpr std::uint32_t kVersion = 3;
 
   template <typename Archive>
   static void whole(Archive& archive, int& number, int low, int high) {
@@ -165,6 +165,7 @@ struct Snapshot {
     archive.value(tracklet.reported);
     whole(archive, tracklet.confidence.length, 0, kLatest);
     score(archive, tracklet.confidence.score_sum);
+    for (std::uint16_t& boxes : tracklet.unsettled) archive.value(boxes);
     fields(archive, tracklet.gallery, dimension);
     fields(archive, tracklet.history, frame);
     archive.check(tracklet.history.entries_.back().frame == tracklet.last_frame,
@@ -253,6 +254,33 @@ struct Snapshot {
   }
 
   template <typename Archive>
+  static void fields(Archive& archive, AffinityHistogram& histogram) {
+    std::int64_t sum = 0;
+    for (std::int32_t& bin : histogram.bins_) {
+      archive.value(bin);
+      archive.check(bin >= 0, "holds a count that cannot be");
+      sum += bin;
+    }
+    archive.check(sum < AffinityHistogram::kMost, "holds a count that cannot be");
+    histogram.count_ = sum;
+  }
+
+  template <typename Archive>
+  static void fields(Archive& archive, SceneCalibration& scene) {
+    for (AffinityHistogram* histogram : {&scene.strangers_, &scene.stranger_tracks_, &scene.own_}) {
+      fields(archive, *histogram);
+    }
+    for (SceneReport::Scores& scores : scene.report_.scores) {
+      archive.value(scores.boxes);
+      archive.value(scores.people);
+      archive.check(scores.people >= 0 && scores.people <= scores.boxes &&
+                        scores.boxes <= std::int64_t{1} << 60,
+                    "holds a count that cannot be");
+    }
+    scene.update();
+  }
+
+  template <typename Archive>
   static void fields(Archive& archive, FrameClock& clock, int frame) {
     bool known = clock.last_time_.has_value();
     archive.value(known);
@@ -282,6 +310,7 @@ struct Snapshot {
   template <typename Archive, typename State>
   static void identity(Archive& archive, const State& state) {
     for (const auto& option : tracker_option_table()) {
+      if (option.name == "scene") continue;  // what was learned may be frozen
       const std::string here = option.name + " " + option.get(state.options);
       std::string there = here;
       text(archive, there);
@@ -308,6 +337,7 @@ struct Snapshot {
     whole(archive, state.looked, 0, state.frame);
     whole(archive, state.last_id, 0, kLatest);
     fields(archive, state.clock, state.frame);
+    fields(archive, state.scene);
     tracklet_list(archive, state, state.active);
     tracklet_list(archive, state, state.idle);
     fields(archive, state.unclaimed, state.frame);
@@ -352,6 +382,7 @@ void Tracker::restore(std::span<const std::byte> snapshot) {
     }
   }
   fresh->track_ended = std::move(state_->track_ended);
+  fresh->tracklet_dropped = std::move(state_->tracklet_dropped);
   fresh->association.observer = std::move(state_->association.observer);
   state_ = std::move(fresh);
 }

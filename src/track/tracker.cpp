@@ -53,10 +53,12 @@ Tracker::State::State(const TrackerOptions& given, image::CropDescriptor* model)
       descriptor(model),
       tau_a(chosen_tau_a(options.appearance, model)),
       motion(tracking_noise(options.motion)),
-      assignment(options.assignment, options.appearance, tau_a),
-      selection(options.appearance, options.assignment, options.confidence),
-      boosting(options.boosting, options.appearance, options.confidence, tau_a),
-      association(options.association, options.motion, options.appearance, model != nullptr, tau_a),
+      scene(options.scene, options.appearance, options.confidence, tau_a),
+      assignment(options.assignment, options.appearance, scene.report()),
+      selection(options.appearance, options.confidence),
+      boosting(options.boosting, options.appearance, options.confidence, scene.report()),
+      association(options.association, options.motion, options.appearance, model != nullptr,
+                  scene.report()),
       output(options.output, options.motion, options.confidence, options.decision_lag()),
       unclaimed(options, motion, output.rules()),
       clock(options.input.frame_rate, options.memory_frames()) {}
@@ -110,6 +112,8 @@ const std::vector<FinishedFrame>& Tracker::finish() {
 
 const TrackerStats& Tracker::stats() const { return state_->stats; }
 
+const SceneReport& Tracker::scene() const { return state_->scene.report(); }
+
 const AppearanceGallery* Tracker::gallery(int id) const {
   for (const Tracklets* group : {&state_->active, &state_->idle}) {
     for (const auto& tracklet : *group) {
@@ -125,6 +129,10 @@ void Tracker::on_track_ended(std::function<void(const EndedTrack&)> observer) {
 
 void Tracker::on_association(std::function<void(const AssociationDecision&)> observer) {
   state_->association.observer = std::move(observer);
+}
+
+void Tracker::on_dropped(std::function<void(const DroppedTracklet&)> observer) {
+  state_->tracklet_dropped = std::move(observer);
 }
 
 void Tracker::State::accept(std::span<const mot::Detection> given) {
@@ -187,13 +195,14 @@ void Tracker::State::embed(const image::ImageView* image) {
   {
     const io::Stopwatch watch(stats.assign_seconds);
     assignment.gate(active, detections, frame - looked - 1);
+    clear.find(assignment.gated(), active.size(), detections.size(), options.assignment.min_iou);
   }
   if (descriptor == nullptr || image == nullptr || image->empty()) return;
   const io::Stopwatch watch(stats.embed_seconds);
   // In every embed_refresh-th frame, or the first one after it that is looked at.
   const int refresh = options.appearance.embed_refresh;
   const bool everybody = frame / refresh != looked / refresh;
-  const auto& chosen = selection.choose(frame, everybody, active, detections, assignment.gated());
+  const auto& chosen = selection.choose(frame, everybody, active, detections, clear);
   if (chosen.empty()) return;
   crops.clear();
   for (const std::size_t i : chosen) crops.push_back({*image, to_pixel_rect(detections.boxes[i])});
@@ -234,6 +243,7 @@ void Tracker::State::update_tracklets() {
   const io::Stopwatch watch(stats.assign_seconds);
   for (const auto& tracklet : active) ++tracklet->misses;
   evidence = std::min(frame - looked, std::max(1, options.confidence.min_length / 2));
+  scene.learn(frame, active, detections, clear);
   std::vector<bool> taken(detections.size(), false);
   for (const Match& match : matches) {
     Tracklet& tracklet = *active[match.tracklet];
@@ -249,6 +259,7 @@ void Tracker::State::update_tracklets() {
       ++stats.boosted;
     } else {
       tracklet.confidence.add(score, evidence);
+      scene.give(tracklet, score);
       store_appearance(tracklet, detection);
     }
     tracklet.history.append(frame, box, tracklet.state.box(), score,
@@ -264,6 +275,7 @@ void Tracker::State::update_tracklets() {
       start_tracklet(i);
     } else {
       unclaimed.add(detections.boxes[i], detections.scores[i]);
+      scene.leave(detections.scores[i]);
     }
   }
   look_back();
@@ -288,6 +300,7 @@ void Tracker::State::start_tracklet(std::size_t detection) {
   tracklet->first_box = box;
   tracklet->state = motion.start(box);
   tracklet->confidence.add(score, evidence);
+  scene.give(*tracklet, score);
   store_appearance(*tracklet, detection);
   tracklet->history.append(frame, box, box, score, BoxSource::detected);
   active.push_back(std::move(tracklet));
@@ -298,78 +311,6 @@ void Tracker::State::store_appearance(Tracklet& tracklet, std::size_t detection)
   if (!detections.flags[detection].embedded) return;
   tracklet.gallery.add(detections.feature(detection));
   tracklet.feature_frame = frame;
-}
-
-// Moves tracklets that missed too often to the idle ones, and forgets those that nothing can come
-// of: negative ones, which get no more detections, and old ones, behind which no tracklet can begin
-// any more and be positive in time.
-void Tracker::State::retire() {
-  const int horizon = options.motion.max_misses + options.association.horizon;
-  std::erase_if(idle, [&](const auto& tracklet) {
-    const bool over = frame - tracklet->last_frame > horizon + options.auto_delay() &&
-                      tracklet->last_frame <= output.decided();
-    if (over) announce_end(*tracklet);
-    return over;
-  });
-  bool sorted = true;
-  for (auto& tracklet : active) {
-    const int unseen = frame - tracklet->last_frame;
-    if ((tracklet->misses == 0 || unseen < options.motion.max_misses) && unseen <= horizon)
-      continue;
-    if (tracklet->reported || tracklet->confidence.positive(options.confidence)) {
-      sorted = sorted && (idle.empty() || idle.back()->id < tracklet->id);
-      idle.push_back(std::move(tracklet));
-    } else {
-      tracklet.reset();
-    }
-  }
-  std::erase(active, nullptr);
-  if (!sorted) {
-    std::sort(idle.begin(), idle.end(), [](const auto& x, const auto& y) { return x->id < y->id; });
-  }
-}
-
-void Tracker::State::announce_end(const Tracklet& tracklet) const {
-  if (!track_ended || !tracklet.reported) return;
-  track_ended({tracklet.id, tracklet.first_frame, tracklet.last_frame, tracklet.gallery});
-}
-
-void Tracker::State::end_all() {
-  std::vector<const Tracklet*> left;
-  for (const Tracklets* group : {&idle, &active}) {
-    for (const auto& tracklet : *group) left.push_back(tracklet.get());
-  }
-  std::sort(left.begin(), left.end(), [](auto* x, auto* y) { return x->id < y->id; });
-  for (const Tracklet* tracklet : left) announce_end(*tracklet);
-}
-
-void Tracker::State::associate() {
-  if (!options.association.enabled) return;
-  if (descriptor == nullptr && !options.association.by_motion) return;
-  const io::Stopwatch watch(stats.associate_seconds);
-  std::vector<Tracklet*> positive;
-  for (const Tracklets* group : {&idle, &active}) {
-    for (const auto& tracklet : *group) {
-      if (tracklet->confidence.positive(options.confidence)) positive.push_back(tracklet.get());
-    }
-  }
-  const auto by_id = [](const auto& x, const auto& y) { return x->id < y->id; };
-  std::sort(positive.begin(), positive.end(), by_id);
-  const auto merges = stats.merges;
-  association.run(frame, std::move(positive),
-                  [this](Tracklet& older, Tracklet& newer) { merge(older, newer); });
-  if (stats.merges == merges) return;
-  std::sort(active.begin(), active.end(), by_id);
-  std::sort(idle.begin(), idle.end(), by_id);
-}
-
-void Tracker::State::merge(Tracklet& older, Tracklet& newer) {
-  ++stats.merges;
-  output.announce_merge(older, newer);
-  newer.absorb(older, output.decided());
-  for (Tracklets* group : {&idle, &active}) {
-    std::erase_if(*group, [&older](const auto& tracklet) { return tracklet.get() == &older; });
-  }
 }
 
 const std::vector<FinishedFrame>& Tracker::State::complete(std::optional<double> time) {

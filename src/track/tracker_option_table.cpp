@@ -106,6 +106,18 @@ void add_appearance(Table& table) {
               "with --embed needed: embed everybody in every so many frames");
 }
 
+void add_scene(Table& table) {
+  table.group("scene", &TrackerOptions::scene)
+      .choice("scene", &SceneOptions::learning,
+              {{"off", SceneLearning::off},
+               {"on", SceneLearning::on},
+               {"frozen", SceneLearning::frozen}},
+              "learn how alike people look here; frozen: keep what a snapshot knows")
+      .number("false-match-rate", &SceneOptions::false_match_rate,
+              {.low = 0, .high = 1, .above = true, .below = true},
+              "share of strangers that may pass for each other in this scene");
+}
+
 void add_confidence(Table& table) {
   table.group("confidence", &TrackerOptions::confidence)
       .number("min-length", &ConfidenceOptions::min_length, kFrames,
@@ -182,6 +194,7 @@ Table make_table() {
   add_motion(table);
   add_assignment(table);
   add_appearance(table);
+  add_scene(table);
   add_confidence(table);
   add_boosting(table);
   add_association(table);

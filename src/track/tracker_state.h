@@ -7,11 +7,13 @@
 #include <stdexcept>
 #include <vector>
 
+#include "clear_pairs.h"
 #include "detection_assignment.h"
 #include "detection_boosting.h"
 #include "embedding_selection.h"
 #include "frame_clock.h"
 #include "frame_detections.h"
+#include "scene_calibration.h"
 #include "sdmt/track/tracker.h"
 #include "track_output.h"
 #include "tracklet.h"
@@ -46,6 +48,7 @@ struct Tracker::State {
   void retire();
   void end_all();
   void announce_end(const Tracklet& tracklet) const;
+  void give_up(const Tracklet& tracklet);
   void merge(Tracklet& older, Tracklet& newer);
 
   const TrackerOptions options;
@@ -53,6 +56,8 @@ struct Tracker::State {
   const double tau_a;
   const KalmanFilter motion;
   DetectionFilter filter;
+  SceneCalibration scene;
+  ClearPairs clear;  // of the frame's detections
   DetectionAssignment assignment;
   EmbeddingSelection selection;
   DetectionBoosting boosting;
@@ -61,6 +66,7 @@ struct Tracker::State {
   UnclaimedDetections unclaimed;
 
   std::function<void(const EndedTrack&)> track_ended;
+  std::function<void(const DroppedTracklet&)> tracklet_dropped;
 
   bool ended = false;
   int frame = 0;  // of the options' rate: what clock makes of the time, else the number of calls

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
 #include "sdmt/track/appearance_gallery.h"
 #include "sdmt/track/kalman_filter.h"
+#include "sdmt/track/scene.h"
 #include "sdmt/track/tracker_options.h"
 #include "track_history.h"
 
@@ -56,6 +59,8 @@ struct Tracklet {
   bool looked_back = false;    ///< for boxes before its first one
   bool reported = false;       ///< a box of it is in the output: from then on it counts as positive
   TrackletConfidence confidence;
+  /// Its boxes by their scores (SceneReport::scores), until it is known to be a person.
+  std::array<std::uint16_t, SceneReport::kTenths> unsettled{};
   AppearanceGallery gallery;
   TrackHistory history;
 

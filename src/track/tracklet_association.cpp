@@ -34,14 +34,14 @@ void TrackletAssociation::run(int frame, std::vector<Tracklet*> tracklets,
   }
   while (!pairs_.empty()) {
     const AssociationPair chosen = best();
-    report(frame, *chosen.older, *chosen.newer, by_appearance_ ? chosen.score : kUnknown,
+    report(frame, *chosen.older, *chosen.newer, judges_appearance() ? chosen.score : kUnknown,
            AssociationVerdict::merged);
     std::erase_if(pairs_, [&](const AssociationPair& pair) {
       const bool same = pair.older == chosen.older && pair.newer == chosen.newer;
       const bool touched = pair.older == chosen.older || pair.newer == chosen.older ||
                            pair.older == chosen.newer || pair.newer == chosen.newer;
       if (touched && !same && (pair.older == chosen.older || pair.newer == chosen.newer)) {
-        report(frame, *pair.older, *pair.newer, by_appearance_ ? pair.score : kUnknown,
+        report(frame, *pair.older, *pair.newer, judges_appearance() ? pair.score : kUnknown,
                AssociationVerdict::better_pair);
       }
       return touched;
@@ -88,10 +88,12 @@ std::optional<AssociationPair> TrackletAssociation::judge_motion(int frame, Trac
 std::optional<AssociationPair> TrackletAssociation::judge(int frame, Tracklet& older,
                                                           Tracklet& newer) const {
   const int gap = newer.first_frame - older.last_frame;
-  if (gap <= 0 || gap > motion_.max_misses + options_.horizon || older.misses == 0) {
+  if (gap <= 0 || older.misses == 0) return std::nullopt;
+  if (gap > motion_.max_misses + options_.horizon) {
+    report(frame, older, newer, kUnknown, AssociationVerdict::too_late);
     return std::nullopt;
   }
-  if (!by_appearance_) return judge_motion(frame, older, newer);
+  if (!judges_appearance()) return judge_motion(frame, older, newer);
   const mot::Cxcywh predicted = older.predicted(newer.first_frame);
   if (!within_reach(predicted, newer.first_box)) {
     report(frame, older, newer, kUnknown, AssociationVerdict::too_far);
@@ -102,7 +104,7 @@ std::optional<AssociationPair> TrackletAssociation::judge(int frame, Tracklet& o
     return std::nullopt;
   }
   const double affinity = 1 - older.gallery.distance(newer.gallery, appearance_.gallery_distance);
-  if (!(affinity > threshold_)) {
+  if (!(affinity > threshold())) {
     report(frame, older, newer, affinity, AssociationVerdict::appearance);
     return std::nullopt;
   }
@@ -122,9 +124,10 @@ const AssociationPair& TrackletAssociation::best() const {
 
 void TrackletAssociation::report(int frame, const Tracklet& older, const Tracklet& newer,
                                  double affinity, AssociationVerdict verdict) const {
-  if (observer) {
-    observer({frame, older.id, newer.id, newer.first_frame - older.last_frame, affinity, verdict});
-  }
+  if (!observer) return;
+  const bool compared = !std::isnan(affinity);
+  observer({frame, older.id, newer.id, newer.first_frame - older.last_frame, affinity,
+            compared ? threshold() : kUnknown, verdict});
 }
 
 }  // namespace sdmt::track

@@ -30,14 +30,16 @@ struct AssociationPair {
 /// left.
 class TrackletAssociation {
  public:
-  /// `by_appearance`: false to judge by motion alone. `tau_a`: where the options name no threshold.
+  /// `by_appearance`: false to judge by motion alone. `scene`: its threshold, where the options
+  /// name none; where all look alike, motion judges.
   TrackletAssociation(const AssociationOptions& options, const MotionOptions& motion,
-                      const AppearanceOptions& appearance, bool by_appearance, double tau_a)
+                      const AppearanceOptions& appearance, bool by_appearance,
+                      const SceneReport& scene)
       : options_(options),
         motion_(motion),
         appearance_(appearance),
         by_appearance_(by_appearance),
-        threshold_(options.threshold.value_or(tau_a)) {}
+        scene_(scene) {}
 
   /// Calls merge(older, newer) for each pair to join, `tracklets` being all positive ones by id.
   /// merge() must leave the joined track in `newer` under the older id; `older` is not looked at
@@ -48,6 +50,8 @@ class TrackletAssociation {
   std::function<void(const AssociationDecision&)> observer;
 
  private:
+  bool judges_appearance() const { return by_appearance_ && !scene_.all_look_alike(); }
+  double threshold() const { return options_.threshold.value_or(scene_.association_threshold); }
   bool within_reach(const mot::Cxcywh& predicted, const mot::Cxcywh& first) const;
   std::optional<AssociationPair> judge_motion(int frame, Tracklet& older, Tracklet& newer) const;
   std::optional<AssociationPair> judge(int frame, Tracklet& older, Tracklet& newer) const;
@@ -60,7 +64,7 @@ class TrackletAssociation {
   const MotionOptions& motion_;
   const AppearanceOptions& appearance_;
   bool by_appearance_;
-  double threshold_;
+  const SceneReport& scene_;
   std::vector<AssociationPair> pairs_;
 };
 

@@ -44,7 +44,8 @@ class Assignment : public ::testing::Test {
 
   // [tracklets] the detection of each, -1 for none.
   std::vector<int> assign() {
-    DetectionAssignment assignment(options_.assignment, options_.appearance, kThreshold);
+    const SceneReport scene{.assignment_threshold = kThreshold};
+    DetectionAssignment assignment(options_.assignment, options_.appearance, scene);
     assignment.gate(active_, detections_);
     std::vector<int> given(active_.size(), -1);
     matches_ = assignment.assign(active_, detections_);

@@ -45,7 +45,8 @@ class Boosting : public ::testing::Test {
   OutputRules rules_{options_.output, options_.motion, options_.decision_lag()};
   test::FakeDescriptor appearance_;
   image::ImageView image_ = test::blank();
-  DetectionBoosting boosting_{options_.boosting, options_.appearance, options_.confidence, 0.6};
+  SceneReport scene_{.assignment_threshold = 0.6};
+  DetectionBoosting boosting_{options_.boosting, options_.appearance, options_.confidence, scene_};
   Tracklets active_;
   std::vector<Match> matches_;
   FrameDetections detections_;

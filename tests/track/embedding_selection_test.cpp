@@ -31,7 +31,8 @@ class Selection : public ::testing::Test {
     detections_.add({}, 1, flags);
   }
   const std::vector<std::size_t>& choose(int frame = 100, bool everybody = false) {
-    return selection_.choose(frame, everybody, active_, detections_, gated_);
+    clear_.find(gated_, active_.size(), detections_.size(), options_.assignment.min_iou);
+    return selection_.choose(frame, everybody, active_, detections_, clear_);
   }
 
   TrackerOptions options_;
@@ -39,7 +40,8 @@ class Selection : public ::testing::Test {
   Tracklets active_;
   FrameDetections detections_;
   std::vector<mot::Overlap> gated_;
-  EmbeddingSelection selection_{options_.appearance, options_.assignment, options_.confidence};
+  ClearPairs clear_;
+  EmbeddingSelection selection_{options_.appearance, options_.confidence};
 };
 
 TEST_F(Selection, AlwaysMeansEveryStrongDetection) {

@@ -77,6 +77,7 @@ std::vector<TrackerOptions> variants() {
   TrackerOptions timed, needed, boosting;
   timed.input.frame_rate = 25;
   needed.appearance.embed = EmbedPolicy::needed;
+  timed.scene.learning = SceneLearning::on;
   boosting.boosting.enabled = true;
   TrackerOptions held = TrackerOptions::paper();
   held.output.delay = 200;

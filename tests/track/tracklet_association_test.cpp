@@ -41,8 +41,9 @@ class Association : public ::testing::Test {
 
   // The merges (older, newer), by the ids before the run.
   std::vector<std::pair<int, int>> run(bool by_appearance = true, double threshold = 0.8) {
+    const SceneReport scene{.association_threshold = threshold};
     TrackletAssociation association(options_.association, options_.motion, options_.appearance,
-                                    by_appearance, threshold);
+                                    by_appearance, scene);
     decisions_.clear();
     association.observer = [this](const AssociationDecision& decision) {
       decisions_.push_back(decision);

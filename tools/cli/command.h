@@ -13,6 +13,7 @@ namespace sdmt::tools {
 
 void add_ablate_command(CLI::App& app);
 void add_adapt_command(CLI::App& app);
+void add_tune_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_count_command(CLI::App& app);
 void add_detect_command(CLI::App& app);

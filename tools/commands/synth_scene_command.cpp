@@ -42,6 +42,7 @@ void add_synth_scene_command(CLI::App& synth) {
   sub->add_option("--height", command->scene.height, "Pixels")->capture_default_str();
   sub->add_option("--frame-rate", command->scene.frame_rate, "Frames per second")
       ->capture_default_str();
+  sub->add_flag("--uniform", command->scene.uniform, "Everybody is dressed alike");
   sub->callback([command] { command->run(); });
 }
 

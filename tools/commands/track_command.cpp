@@ -203,6 +203,9 @@ void TrackCommand::run_one(const Appearances& appearances,
     observers.unreadable = &outputs.unreadable();
     observers.state = kept ? &*kept : nullptr;
     observers.camera = moving_camera ? &motion : nullptr;
+    if (auto* log = outputs.explanation()) {
+      observers.camera_moved = [log](int frame, const auto& moved) { log->camera(frame, moved); };
+    }
     const bool images = loaded != nullptr || outputs.need_images();
     run = pipeline::run_sequence(*frames, *boxes, engine, images, observers);
   }
@@ -276,8 +279,10 @@ void add_track_command(CLI::App& app) {
       ->type_name("TOKEN")
       ->needs("--serve");
   sub->add_option("--json", command->json, "Counts and speed as JSON")->type_name("FILE");
-  sub->add_option("--explain", command->explain,
-                  "CSV of which tracks were joined, and why others were not")
+  sub->add_option(
+         "--explain", command->explain,
+         "CSV of which tracks were joined, why others were not, what never became one, and how the "
+         "camera moved")
       ->type_name("FILE");
   sub->add_option("--zones", command->zones,
                   "Count people who cross lines and stay in areas, JSON (docs/zones.md)")

@@ -35,6 +35,17 @@ std::string run_report_json(const pipeline::RunReport& report) {
                               {"tracklets", stats.tracklets},
                               {"boosted", stats.boosted},
                               {"merges", stats.merges}};
+  const track::SceneReport& scene = report.scene;
+  json["scene"] = {{"prior", scene.prior},
+                   {"assignment_threshold", scene.assignment_threshold},
+                   {"association_threshold", scene.association_threshold},
+                   {"say", scene.say},
+                   {"strangers", scene.strangers},
+                   {"stranger_tracks", scene.stranger_tracks},
+                   {"own", scene.own}};
+  for (const auto& tenth : scene.scores) {
+    json["scene"]["scores"].push_back({{"boxes", tenth.boxes}, {"people", tenth.people}});
+  }
   if (report.live) {
     json["live"] = {{"received", report.live->received},
                     {"dropped", report.live->dropped},
@@ -109,6 +120,14 @@ std::string stage_table(const pipeline::RunReport& report) {
       "{} boosted, {} merges, peak memory {:.0f} MiB\n",
       stats.embedded, stats.without_embedding, stats.suppressed, stats.boosted, stats.merges,
       peak_rss_mib());
+  const track::SceneReport& scene = report.scene;
+  if (scene.own > 0) {
+    text += fmt::format(
+        "scene: affinity above {:.3f} to be assigned, {:.3f} to be joined (model: {:.3f}), say of "
+        "appearance {:.2f}, from {} pairs of strangers\n",
+        scene.assignment_threshold, scene.association_threshold, scene.prior, scene.say,
+        scene.strangers);
+  }
   return text;
 }
 

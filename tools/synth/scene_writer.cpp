@@ -166,7 +166,7 @@ bool write_scene(const fs::path& folder, const SceneOptions& options,
   NewDataFolder unfinished(folder, {"img1", "gt", "det"});
   const GroundCamera camera({options.width, options.height});
   const Plaza plaza(camera, options.seed);
-  Walkers walkers(camera, options.walkers, nn::Random(options.seed, 10));
+  Walkers walkers(camera, options.walkers, options.uniform, nn::Random(options.seed, 10));
   nn::Random detector(options.seed, 11);
 
   std::string truth;

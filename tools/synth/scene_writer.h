@@ -14,6 +14,7 @@ struct SceneOptions {
   int width = 960;   ///< pixels, 160..4096
   int height = 540;  ///< pixels, 120..4096
   double frame_rate = 25;
+  bool uniform = false;  ///< everybody is dressed alike
 
   void validate() const;
 };

@@ -15,8 +15,8 @@ constexpr double kMargin = 1.0;  // metres beyond the image's edge
 
 }  // namespace
 
-Walkers::Walkers(const GroundCamera& camera, int count, nn::Random random)
-    : camera_(camera), random_(random) {
+Walkers::Walkers(const GroundCamera& camera, int count, bool uniform, nn::Random random)
+    : camera_(camera), uniform_(uniform), random_(random) {
   for (int i = 0; i < count; ++i) {
     Walker walker = enter();
     const double way = random_.uniform(0.05, 0.85);
@@ -31,6 +31,7 @@ Walker Walkers::enter() {
   Walker walker;
   walker.id = ++last_id_;
   walker.look = random_look(random_);
+  if (uniform_ && !walkers_.empty()) walker.look = walkers_.front().look;
   walker.height = random_.uniform(1.6, 1.88);
   walker.speed = random_.uniform(0.95, 1.6);
   walker.phase = random_.uniform();

@@ -27,7 +27,8 @@ struct Walker {
 class Walkers {
  public:
   /// `count` people at a time, the first ones spread over their ways.
-  Walkers(const GroundCamera& camera, int count, nn::Random random);
+  /// `uniform`: all look like the first one, but for their heights.
+  Walkers(const GroundCamera& camera, int count, bool uniform, nn::Random random);
 
   const std::vector<Walker>& all() const { return walkers_; }
   /// Moves everybody on.
@@ -38,6 +39,7 @@ class Walkers {
   bool has_left(const Walker& walker) const;
 
   GroundCamera camera_;
+  bool uniform_;
   nn::Random random_;
   std::vector<Walker> walkers_;
   int last_id_ = 0;

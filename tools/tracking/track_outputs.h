@@ -71,6 +71,7 @@ class Outputs {
     if (!command.explain.empty()) explanation_.emplace(command.explain, tracker);
   }
 
+  pipeline::AssociationLog* explanation() { return explanation_ ? &*explanation_ : nullptr; }
   pipeline::UnreadableFrames& unreadable() { return unreadable_; }
   bool need_images() const {
     return std::any_of(writers_.begin(), writers_.end(),

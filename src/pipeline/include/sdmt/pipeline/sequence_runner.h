@@ -19,6 +19,7 @@ namespace sdmt::pipeline {
 /// drawing.
 struct RunReport {
   track::TrackerStats stats;
+  track::SceneReport scene;
   int unreadable = 0;        ///< frames without an image where one was wanted
   bool ended_early = false;  ///< the input ended by itself, clearly before the frames it announced
   /// What the source of detections threw: the input ends there as at its last frame, and what
@@ -51,6 +52,8 @@ struct RunObservers {
   RunState* state = nullptr;
   /// Finds how the camera moved, on the frames' images; nullptr: it stands still.
   image::CameraMotionEstimator* camera = nullptr;
+  /// What it found for a frame; nothing: it could not.
+  std::function<void(int frame, const std::optional<image::CameraMotion>&)> camera_moved;
 };
 
 /// Tracks an input from its first to its last frame.

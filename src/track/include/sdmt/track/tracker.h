@@ -16,6 +16,7 @@
 #include "sdmt/track/appearance_gallery.h"
 #include "sdmt/track/association_decision.h"
 #include "sdmt/track/finished_frame.h"
+#include "sdmt/track/scene.h"
 #include "sdmt/track/tracker_options.h"
 
 namespace sdmt::track {
@@ -97,7 +98,7 @@ class Tracker {
   const std::vector<FinishedFrame>& skip(const FrameContext& frame = {});
 
   /// The end of the input: one last association, then all frames still held back. Afterwards only
-  /// stats() may be called, update() and finish() throw std::logic_error.
+  /// stats() and scene() may be called, update() and finish() throw std::logic_error.
   const std::vector<FinishedFrame>& finish();
 
   /// Everything that the tracker knows, between two frames: a tracker with the same options and
@@ -111,10 +112,15 @@ class Tracker {
   void restore(std::span<const std::byte> snapshot);
 
   const TrackerStats& stats() const;
+  /// What it has learned of its scene; also after finish().
+  const SceneReport& scene() const;
 
   /// Called with every decision about a pair of positive tracklets whose times fit, each time it is
   /// made. For explaining; costs time.
   void on_association(std::function<void(const AssociationDecision&)> observer);
+
+  /// Called with every tracklet that is given up before it was a track. For explaining.
+  void on_dropped(std::function<void(const DroppedTracklet&)> observer);
 
   /// Called by update() and finish() for every reported track that ends, by id among those of one
   /// call. Ids merged into older ones do not end. With gallery(), what it takes to recognise people

@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 
+#include "sdmt/track/scene.h"
 #include "sdmt/track/score_calibration.h"
 
 namespace sdmt::track {
@@ -88,6 +89,19 @@ struct AppearanceOptions {
   int embed_refresh = 6;
 };
 
+/// What the tracker learns of its scene, with an appearance model: how alike the people here look.
+/// A threshold fits one network and the place that it was measured in; elsewhere half of all
+/// strangers can pass it.
+struct SceneOptions {
+  SceneLearning learning = SceneLearning::off;
+  /// The share of strangers that may pass for each other: thresholds are the affinities that so
+  /// many exceed, and begin as tau_a. Where the person's own boxes would fail the gate of
+  /// assignment in more than one of a hundred, it is lowered so far; lambda is multiplied by how
+  /// well appearance tells people apart; where that is little, tracks are joined by motion. > 0 and
+  /// < 1.
+  double false_match_rate = 0.15;
+};
+
 /// Tracklet confidence (section III-E): a tracklet that misses one of these is negative and not
 /// reported.
 struct ConfidenceOptions {
@@ -165,6 +179,7 @@ struct TrackerOptions {
   MotionOptions motion;
   AssignmentOptions assignment;
   AppearanceOptions appearance;
+  SceneOptions scene;
   ConfidenceOptions confidence;
   BoostingOptions boosting;
   AssociationOptions association;
