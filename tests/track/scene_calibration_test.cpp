@@ -65,7 +65,7 @@ class Crowd final : public image::CropDescriptor {
   void describe(std::span<const image::Crop> crops, image::DescriptorRows& out) override {
     out.reset(crops.size(), kDimension);
     for (std::size_t i = 0; i < crops.size(); ++i) {
-      const auto vector = view(crops[i].rect.top / 100);
+      const auto vector = view(static_cast<int>(crops[i].rect.top / 100));
       std::copy(vector.begin(), vector.end(), out.row(i).begin());
       out.valid[i] = 1;
     }

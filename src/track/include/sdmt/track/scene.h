@@ -33,7 +33,7 @@ struct SceneReport {
     std::int64_t boxes = 0, people = 0;
   };
   static constexpr int kTenths = 10;
-  std::array<Scores, kTenths> scores;
+  std::array<Scores, kTenths> scores{};
 };
 
 }  // namespace sdmt::track
