@@ -13,8 +13,8 @@
 namespace sdmt::track {
 
 /// Learns how alike people look in this scene, and takes the thresholds of appearance from it
-/// (SceneOptions). What it observes does not depend on these thresholds: only pairs that are clear
-/// by motion count, and people at the same moment whose boxes do not touch.
+/// (SceneOptions). Only pairs that are clear by motion count, and people at the same moment whose
+/// boxes do not touch; so it needs a prior by which people are followed at all.
 class SceneCalibration {
  public:
   /// `prior`: the appearance model's threshold, which counts as much as the first observations.
