@@ -7,11 +7,10 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
-#include <new>
-#include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
+#include "image_codec.h"
 #include "image_truncation.h"
 #include "sdmt/io/first_error.h"
 
@@ -41,25 +40,6 @@ std::vector<std::uint8_t> read_bytes(const std::filesystem::path& path) {
   return bytes;
 }
 
-// Nothing for what OpenCV cannot decode.
-std::optional<image::Image> decode(std::span<const std::uint8_t> bytes) {
-  cv::Mat decoded;
-  try {
-    const cv::Mat view(1, static_cast<int>(bytes.size()), CV_8UC1,
-                       const_cast<std::uint8_t*>(bytes.data()));
-    if (!bytes.empty()) decoded = cv::imdecode(view, cv::IMREAD_COLOR);
-  } catch (const cv::Exception& error) {
-    if (error.code == cv::Error::StsNoMem) throw std::bad_alloc();
-    return std::nullopt;
-  }
-  if (decoded.empty()) return std::nullopt;
-  image::Image image(decoded.cols, decoded.rows);
-  for (int y = 0; y < decoded.rows; ++y) {
-    std::memcpy(image.pixel(0, y), decoded.ptr(y), static_cast<std::size_t>(decoded.cols) * 3);
-  }
-  return image;
-}
-
 }  // namespace
 
 image::Image read_image(const std::filesystem::path& path) {
@@ -67,23 +47,23 @@ image::Image read_image(const std::filesystem::path& path) {
   if (is_truncated_image(bytes)) {
     throw std::invalid_argument(path.string() + ": not a readable image: it is cut short");
   }
-  auto image = decode(bytes);
+  auto image = decode_pixels(bytes);
   if (!image) throw std::invalid_argument(path.string() + ": not a readable image");
   return std::move(*image);
 }
 
 image::Image decode_image(std::span<const std::uint8_t> bytes) {
-  auto image = decode(bytes);
+  auto image = decode_pixels(bytes);
   if (!image) throw std::invalid_argument("not the bytes of an image");
   return std::move(*image);
 }
 
 std::vector<std::uint8_t> encode_jpeg(const image::Image& image, int quality) {
-  const cv::Mat view(image.height, image.width, CV_8UC3,
-                     const_cast<std::uint8_t*>(image.bgr.data()));
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".jpg", view, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
-  return bytes;
+  return encode_pixels(".jpg", image, {cv::IMWRITE_JPEG_QUALITY, quality});
+}
+
+std::vector<std::uint8_t> encode_png(const image::Image& image) {
+  return encode_pixels(".png", image, {});
 }
 
 std::vector<std::optional<image::Image>> read_images(std::span<const std::filesystem::path> paths) {

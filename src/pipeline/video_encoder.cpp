@@ -12,6 +12,7 @@
 
 #include "frame_rates.h"
 #include "mat_view.h"
+#include "video_codec.h"
 
 namespace sdmt::pipeline {
 
@@ -27,9 +28,9 @@ namespace {
 
 // Encoders to try, best first, by what the container can hold.
 const std::vector<int>& encoders(const fs::path& path) {
-  static const int kH264 = cv::VideoWriter::fourcc('a', 'v', 'c', '1');
-  static const int kMpeg4 = cv::VideoWriter::fourcc('m', 'p', '4', 'v');
-  static const int kMotionJpeg = cv::VideoWriter::fourcc('M', 'J', 'P', 'G');
+  constexpr int kH264 = codec_code("avc1");
+  constexpr int kMpeg4 = codec_code("mp4v");
+  constexpr int kMotionJpeg = codec_code("MJPG");
   static const std::map<std::string, std::vector<int>> kByExtension{{".mp4", {kH264, kMpeg4}},
                                                                     {".mov", {kH264, kMpeg4}},
                                                                     {".mkv", {kH264, kMpeg4}},
@@ -66,21 +67,23 @@ void VideoEncoder::open(int width, int height) {
                                             shown_.string(), width, height));
   }
   for (const int kind : encoders(shown_)) {
-    if (writer_.open(file_.string(), cv::CAP_FFMPEG, kind, frame_rate_, size_)) return;
+    writer_ = write_with_ffmpeg(file_.string(), kind, frame_rate_, size_);
+    if (writer_->isOpened()) return;
   }
+  writer_.reset();
   throw std::runtime_error(shown_.string() +
                            ": cannot be opened for writing, or OpenCV has no encoder for it");
 }
 
 void VideoEncoder::write(const image::Image& image) {
-  if (!writer_.isOpened()) open(image.width, image.height);
+  if (writer_ == nullptr) open(image.width, image.height);
   const cv::Mat view = mat_view(image);
   if (view.cols >= size_.width && view.rows >= size_.height) {
-    writer_.write(view(cv::Rect({0, 0}, size_)));
+    writer_->write(view(cv::Rect({0, 0}, size_)));
   } else {
     cv::Mat resized;
     cv::resize(view, resized, size_);
-    writer_.write(resized);
+    writer_->write(resized);
   }
   ++frames_;
 }

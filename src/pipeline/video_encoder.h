@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <opencv2/videoio.hpp>
 #include <string>
 
@@ -27,15 +28,15 @@ class VideoEncoder {
   void write(const image::Image& image);
   int frames() const { return frames_; }
   /// Ends the file.
-  void close() { writer_.release(); }
+  void close() { writer_.reset(); }
 
  private:
   void open(int width, int height);
 
   std::filesystem::path shown_, file_;
   double frame_rate_;
-  cv::VideoWriter writer_;
-  cv::Size size_;  // empty before the first frame
+  std::unique_ptr<cv::VideoWriter> writer_;  // nothing before the first frame
+  cv::Size size_;                            // empty before the first frame
   int frames_ = 0;
 };
 

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "container_end.h"
-#include "ffmpeg_capture.h"
+#include "video_codec.h"
 #include "video_encoder.h"
 
 namespace sdmt::pipeline {
@@ -30,9 +30,9 @@ void VideoOutputFile::commit() {
   // The encoder does not say when the disk is full, and a container only
   // estimates its length.
   int readable = 0;
-  auto written = open_with_ffmpeg(temporary_->path().string());
-  while (written.isOpened() && readable < frames && written.grab()) ++readable;
-  written.release();
+  const auto written = capture_with_ffmpeg(temporary_->path().string());
+  while (written->isOpened() && readable < frames && written->grab()) ++readable;
+  written->release();
   if (readable < frames || !ends_with_its_container(temporary_->path())) {
     throw std::runtime_error(
         fmt::format("{}: writing failed, {} of {} frames can be read back (is the disk full?)",

@@ -17,9 +17,9 @@
 #include <vector>
 
 #include "display_matrix.h"
-#include "ffmpeg_capture.h"
 #include "frame_rates.h"
 #include "mat_view.h"
+#include "video_codec.h"
 
 namespace sdmt::pipeline {
 
@@ -50,23 +50,23 @@ class Video : public FrameSource {
  public:
   enum class Kind { file, stream, camera };
 
-  Video(const std::string& name, Kind kind, cv::VideoCapture capture)
+  Video(const std::string& name, Kind kind, std::unique_ptr<cv::VideoCapture> capture)
       : name_(display_name(name)), kind_(kind), capture_(std::move(capture)) {
     if (kind == Kind::camera) return;
-    capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
+    capture_->set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
     const auto stated = kind == Kind::file ? read_display_matrix(name) : std::nullopt;
-    orientation_ = stated ? *stated : orientation_by_opencv(capture_);
+    orientation_ = stated ? *stated : orientation_by_opencv(*capture_);
   }
 
   bool next(Frame& frame, bool decode) override {
-    if (!capture_.grab()) return false;
+    if (!capture_->grab()) return false;
     frame.number = ++number_;
     tell_time(frame.when);
     frame.problem.clear();
     frame.image = {};
     if (!decode) return true;
     cv::Mat image;
-    if (capture_.retrieve(image) && !image.empty()) {
+    if (capture_->retrieve(image) && !image.empty()) {
       turn_upright(image, orientation_);
       frame.image = to_image(image);
     } else {
@@ -75,11 +75,11 @@ class Video : public FrameSource {
     return true;
   }
   int frame_count() const override {
-    const double count = kind_ == Kind::camera ? 0 : capture_.get(cv::CAP_PROP_FRAME_COUNT);
+    const double count = kind_ == Kind::camera ? 0 : capture_->get(cv::CAP_PROP_FRAME_COUNT);
     return count > 0 && count < 1e9 ? static_cast<int>(count) : 0;
   }
   double frame_rate() const override {
-    const double rate = capture_.get(cv::CAP_PROP_FPS);
+    const double rate = capture_->get(cv::CAP_PROP_FPS);
     return rate >= kLowestFrameRate && rate <= kHighestFrameRate ? rate : 0;
   }
   bool endless() const override {
@@ -91,7 +91,7 @@ class Video : public FrameSource {
   // What the container says of the frame grabbed; where that is nothing, one after the last.
   void tell_time(FrameTime& when) {
     if (kind_ != Kind::file) return;
-    const double stated = capture_.get(cv::CAP_PROP_POS_MSEC) / 1000;
+    const double stated = capture_->get(cv::CAP_PROP_POS_MSEC) / 1000;
     if (number_ == 1) {
       begin_ = stated;
       time_ = 0;
@@ -107,7 +107,7 @@ class Video : public FrameSource {
 
   std::string name_;
   Kind kind_;
-  cv::VideoCapture capture_;
+  std::unique_ptr<cv::VideoCapture> capture_;
   Orientation orientation_;
   int number_ = 0;
   double begin_ = 0;  // of the container's clock, seconds
@@ -146,19 +146,19 @@ std::optional<std::string> other_than_video(const std::string& name) {
 
 std::unique_ptr<FrameSource> open_video_file(const std::string& file) {
   if (const auto other = other_than_video(file)) throw std::invalid_argument(file + ": " + *other);
-  auto capture = open_with_ffmpeg(file);
+  auto capture = capture_with_ffmpeg(file);
   // What FFmpeg makes pictures of although it is text: the codec of terminals' codes.
-  const bool terminal = capture.isOpened() && capture.get(cv::CAP_PROP_FOURCC) ==
-                                                  cv::VideoWriter::fourcc('a', 'n', 's', 'i');
-  if (!capture.isOpened() || terminal) {
+  const bool terminal =
+      capture->isOpened() && capture->get(cv::CAP_PROP_FOURCC) == codec_code("ansi");
+  if (!capture->isOpened() || terminal) {
     throw std::invalid_argument(file + ": is not a video that can be decoded");
   }
   return std::make_unique<Video>(file, Video::Kind::file, std::move(capture));
 }
 
 std::unique_ptr<FrameSource> open_stream(const std::string& url) {
-  auto capture = open_with_ffmpeg(url);
-  if (!capture.isOpened()) throw std::runtime_error(display_name(url) + ": cannot be opened");
+  auto capture = capture_with_ffmpeg(url);
+  if (!capture->isOpened()) throw std::runtime_error(display_name(url) + ": cannot be opened");
   return std::make_unique<Video>(url, Video::Kind::stream, std::move(capture));
 }
 
@@ -170,8 +170,8 @@ std::unique_ptr<FrameSource> open_camera(const std::string& input) {
                    [](unsigned char c) { return std::isdigit(c) != 0; })) {
     throw std::invalid_argument(input + ": expected camera:N with N from 0 to 999");
   }
-  cv::VideoCapture capture(std::stoi(digits), cv::CAP_V4L2);
-  if (!capture.isOpened()) throw std::runtime_error(input + ": cannot be opened");
+  auto capture = capture_camera(std::stoi(digits));
+  if (!capture->isOpened()) throw std::runtime_error(input + ": cannot be opened");
   return std::make_unique<Video>(input, Video::Kind::camera, std::move(capture));
 }
 

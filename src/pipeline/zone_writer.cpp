@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <chrono>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "mat_view.h"
+#include "sdmt/media/image_file.h"
 #include "sdmt/pipeline/utc_time.h"
 #include "sdmt/zones/counts_table.h"
 #include "sdmt/zones/event_lines.h"
@@ -30,9 +31,7 @@ std::vector<unsigned char> heat_map_png(const zones::HeatMap& map, int width, in
   cv::Mat large, colors;
   cv::resize(grey, large, cv::Size(width, height), 0, 0, cv::INTER_LINEAR);
   cv::applyColorMap(large, colors, cv::COLORMAP_VIRIDIS);
-  std::vector<unsigned char> bytes;
-  cv::imencode(".png", colors, bytes);
-  return bytes;
+  return media::encode_png(to_image(colors));
 }
 
 std::chrono::system_clock::time_point at_second(double since_1970) {

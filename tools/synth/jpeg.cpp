@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "synth/jpeg.h"
 
-#include <opencv2/imgcodecs.hpp>
-
 #include "sdmt/io/output_file.h"
+#include "sdmt/media/image_file.h"
 
 namespace sdmt::tools {
 
 std::vector<std::uint8_t> encode_jpeg(const cv::Mat& image, int quality) {
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
-  return bytes;
+  image::Image pixels(image.cols, image.rows);
+  image.copyTo(cv::Mat(image.rows, image.cols, CV_8UC3, pixels.bgr.data()));
+  return media::encode_jpeg(pixels, quality);
 }
 
 void write_jpeg(const std::filesystem::path& path, const cv::Mat& image, int quality) {

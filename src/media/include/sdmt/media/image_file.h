@@ -24,7 +24,9 @@ std::vector<std::optional<image::Image>> read_images(std::span<const std::filesy
 
 /// The bytes of a JPEG file; `quality` 1..100.
 std::vector<std::uint8_t> encode_jpeg(const image::Image& image, int quality);
-/// The reverse of encode_jpeg(). Throws std::invalid_argument when the bytes are no image.
+/// The bytes of a PNG file.
+std::vector<std::uint8_t> encode_png(const image::Image& image);
+/// The reverse of both. Throws std::invalid_argument when the bytes are no image.
 image::Image decode_image(std::span<const std::uint8_t> bytes);
 
 /// Counts images that could not be read and refuses to go on when there are too many.
