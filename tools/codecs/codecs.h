@@ -18,6 +18,7 @@ struct Codecs {
   decltype(&pipeline::capture_camera) capture_camera;
   decltype(&pipeline::write_with_ffmpeg) write_with_ffmpeg;
   decltype(&pipeline::open_live_stream) open_live_stream;
+  decltype(&pipeline::open_piped_stream) open_piped_stream;
 };
 
 }  // namespace sdmt::tools

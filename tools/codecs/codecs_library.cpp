@@ -9,6 +9,7 @@ const sdmt::tools::Codecs* sdmt_codecs() {
                                     pipeline::capture_with_ffmpeg,
                                     pipeline::capture_camera,
                                     pipeline::write_with_ffmpeg,
-                                    pipeline::open_live_stream};
+                                    pipeline::open_live_stream,
+                                    pipeline::open_piped_stream};
   return &codecs;
 }

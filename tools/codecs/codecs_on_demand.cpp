@@ -76,5 +76,8 @@ std::unique_ptr<FrameSource> open_live_stream(const std::string& url, double tim
                                               std::function<bool()> stopped) {
   return tools::codecs().open_live_stream(url, timeout, std::move(stopped));
 }
+std::unique_ptr<FrameSource> open_piped_stream(std::function<bool()> stopped) {
+  return tools::codecs().open_piped_stream(std::move(stopped));
+}
 
 }  // namespace sdmt::pipeline
