@@ -37,6 +37,10 @@ std::vector<int> all_of(const RunGrid& grid) {
   return settings;
 }
 
+double ratio(std::int64_t part, std::int64_t whole) {
+  return static_cast<double>(part) / static_cast<double>(whole);
+}
+
 // By the definition, in another order: for each sequence and setting, the scores of all sequences
 // of other places are listed and added up.
 std::vector<int> brute_force(const RunGrid& grid) {
@@ -49,9 +53,9 @@ std::vector<int> brute_force(const RunGrid& grid) {
         for (int i = 0; i < grid.sequences(); ++i) {
           if (grid.place(i) == grid.place(out)) continue;
           const RunCounts& c = grid.at(setting, i, draw);
-          scores.push_back(1 - static_cast<double>(c.fp + c.fn + c.idsw) / (c.tp + c.fn));
-          const double precision = static_cast<double>(c.idtp) / (c.idtp + c.idfp);
-          const double recall = static_cast<double>(c.idtp) / (c.idtp + c.idfn);
+          scores.push_back(1 - ratio(c.fp + c.fn + c.idsw, c.tp + c.fn));
+          const double precision = ratio(c.idtp, c.idtp + c.idfp);
+          const double recall = ratio(c.idtp, c.idtp + c.idfn);
           scores.push_back(2 * precision * recall / (precision + recall));
         }
       }
