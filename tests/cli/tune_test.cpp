@@ -25,7 +25,8 @@ class Tune : public testing::Test {
       ASSERT_EQ(result.exit_code, 0) << result.err;
     }
   }
-  CommandResult tune(const std::string& name, std::vector<std::string> more = {}) {
+  CommandResult tune(const std::string& name, std::vector<std::string> more = {},
+                     const std::string& draws = "2") {
     std::vector<std::string> words{"tune",
                                    "--sequences",
                                    folder_ / "s1",
@@ -35,7 +36,7 @@ class Tune : public testing::Test {
                                    "min-length=2,4,6",
                                    "max-fill=5,60",
                                    "--draws",
-                                   "2",
+                                   draws,
                                    "--json",
                                    folder_ / (name + ".json"),
                                    "--output",
@@ -71,7 +72,7 @@ TEST_F(Tune, TheSameBytesWithAnyThreadsAndInterruptions) {
 
 // The figures are those that track and evaluate give one by one.
 TEST_F(Tune, CountsWhatTrackAndEvaluateCount) {
-  ASSERT_EQ(tune("a", {"--draws", "1"}).exit_code, 0);
+  ASSERT_EQ(tune("a", {}, "1").exit_code, 0);
   const auto found = json::parse(read_file(folder_ / "a.json"));
   for (const std::string scene : {"s1", "s2", "s3"}) {
     ASSERT_EQ(run_sdmt({"track", folder_ / scene, "--no-appearance", "--output",
@@ -93,8 +94,8 @@ TEST_F(Tune, CountsWhatTrackAndEvaluateCount) {
 }
 
 TEST_F(Tune, EmbedsOnceAndWritesAPresetThatTrackTakes) {
-  const auto result = tune("a", {"--appearance", "histogram", "--option", "lambda=0,1",
-                                 "--settings", "5", "--draws", "1"});
+  const auto result =
+      tune("a", {"--appearance", "histogram", "--option", "lambda=0,1", "--settings", "5"}, "1");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(json::parse(read_file(folder_ / "a.json")).at("settings"), 5);
   EXPECT_EQ(run_sdmt({"track", folder_ / "s1", "--appearance", "histogram", "--config",

@@ -65,8 +65,9 @@ void add_mqtt_arguments(CLI::App& command, MqttArguments& arguments) {
   CLI::Option* const url =
       command
           .add_option("--mqtt", arguments.url,
-                      "Send finished frames, events and health to the broker "
-                      "mqtt[s]://[USER[:PASSWORD]@]HOST[:PORT][/TOPIC] (docs/mqtt.md)")
+                      "Send finished frames, events and health to this broker: "
+                      "mqtt://HOST or mqtts://, with USER:PASSWORD@, :PORT and /TOPIC where wanted "
+                      "(docs/mqtt.md)")
           ->type_name("URL");
   const auto add = [&](const char* name, std::string& value, const char* type, const char* help) {
     command.add_option(name, value, help)->type_name(type)->needs(url);
