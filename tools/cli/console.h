@@ -25,6 +25,13 @@ void say(std::FILE* stream, fmt::format_string<Args...> text, Args&&... args) {
   write_console(stream, io::printable(said, said.size(), "\n\r\t"));
 }
 
+/// Says to standard error what a command of that name, a literal, does otherwise than one might
+/// think.
+inline auto warning_of(std::string_view command) {
+  return
+      [command](const std::string& text) { say(stderr, "sdmt {}: warning: {}\n", command, text); };
+}
+
 /// From now on nothing is written: this is one of several processes that do the same work.
 void silence_console();
 

@@ -25,6 +25,9 @@ class StopSignal {
   std::array<struct sigaction, kSignals.size()> old_{};
 };
 
+/// Thrown out of long work whose end nobody wants any more.
+struct Stopped {};
+
 /// The signal that came while a StopSignal lived, 0 when none did. The binary then exits with
 /// 128 + signal.
 int received_stop_signal();

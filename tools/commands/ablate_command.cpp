@@ -31,8 +31,6 @@ struct AblateOptions {
   ScoringArguments scoring;
 };
 
-void warn(const std::string& text) { say(stderr, "sdmt ablate: warning: {}\n", text); }
-
 AblationSequence load_sequence(const fs::path& folder, const std::string& detections) {
   AblationSequence input;
   input.sequence = mot::Sequence::read(folder);
@@ -99,7 +97,7 @@ std::unique_ptr<image::CropDescriptor> load_network(const AblateOptions& options
   const bool all_have_images = std::all_of(
       inputs.begin(), inputs.end(), [](const auto& input) { return input.sequence.has_images(); });
   if (!wanted || !all_have_images) return nullptr;
-  return load_network_appearance(options.model, warn);
+  return load_network_appearance(options.model, warning_of("ablate"));
 }
 
 void run(const AblateOptions& options) {
@@ -117,7 +115,8 @@ void run(const AblateOptions& options) {
   for (const auto& variant : variants) {
     Progress progress(variant.name, total, "frames");
     run.rows.push_back(run_variant(
-        variant, inputs, network.get(), run, [&](int frames) { progress.update(frames); }, warn));
+        variant, inputs, network.get(), run, [&](int frames) { progress.update(frames); },
+        warning_of("ablate")));
   }
   say(stdout, "{} sequence{}, {} frames, {}, {} rules, counted as {}\n{}", inputs.size(),
       inputs.size() == 1 ? "" : "s", total, run.detections, eval::to_string(run.benchmark),

@@ -36,8 +36,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-struct Stopped {};
-
 struct AdaptCommand {
   std::vector<std::string> inputs;
   std::string output;
@@ -55,8 +53,6 @@ struct AdaptCommand {
   train::Adaptation learn(reid::Model& model, const train::SceneLessons& lessons,
                           const StopSignal& stop) const;
 };
-
-void warn(const std::string& text) { say(stderr, "sdmt adapt: warning: {}\n", text); }
 
 // Of several sequences each has its boxes in a file of that name.
 std::string detections_of(const std::string& input, const std::string& detections) {
@@ -102,15 +98,16 @@ std::vector<ObservedScene> AdaptCommand::observe_all(const StopSignal& stop) con
     }
     std::string doing;
     std::unique_ptr<Progress> progress;
-    scenes.push_back(observe(input, own, warn, [&](const char* what, int done, int total) {
-      if (stop.requested()) throw Stopped();
-      if (doing != what) {
-        progress.reset();
-        progress = std::make_unique<Progress>(what, std::max(0, total), "frames");
-        doing = what;
-      }
-      progress->update(done);
-    }));
+    scenes.push_back(
+        observe(input, own, warning_of("adapt"), [&](const char* what, int done, int total) {
+          if (stop.requested()) throw Stopped();
+          if (doing != what) {
+            progress.reset();
+            progress = std::make_unique<Progress>(what, std::max(0, total), "frames");
+            doing = what;
+          }
+          progress->update(done);
+        }));
     progress.reset();
     const ObservedScene& scene = scenes.back();
     note("{}: {} frames, {} tracks; {} crops of {} tracks teach, {} of {} are held out\n",

@@ -58,7 +58,7 @@ void for_each_frame(const std::string& input, int every, const std::string& labe
   for (pipeline::Frame frame; !stop.requested() && frames->next(frame, number % every == 0);
        ++number) {
     if (number % every != 0) continue;
-    if (!frame.problem.empty()) say(stderr, "sdmt detect: warning: {}\n", frame.problem);
+    if (!frame.problem.empty()) warning_of("detect")(frame.problem);
     visit(frame);
     progress.update(frame.number);
   }

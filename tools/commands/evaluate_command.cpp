@@ -91,7 +91,7 @@ void warn_of_implausible(std::span<const mot::ResultRow> rows, const fs::path& f
   mot::Sequence sequence;
   if (mot::Sequence::is_sequence(folder)) sequence = mot::Sequence::read(folder);
   const auto text = mot::describe_implausible(boxes, sequence.width, sequence.height);
-  if (!text.empty()) say(stderr, "sdmt evaluate: warning: {}: {}\n", file, text);
+  if (!text.empty()) warning_of("evaluate")(file + ": " + text);
 }
 
 Evaluation evaluate(const EvaluateOptions& options) {

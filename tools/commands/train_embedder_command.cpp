@@ -36,8 +36,6 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 // Thrown out of the caching of features, which cannot be stopped otherwise.
-struct Stopped {};
-
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }

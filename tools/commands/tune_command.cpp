@@ -33,8 +33,6 @@ struct TuneOptions {
   TrackerArguments tracker;
 };
 
-void warn(const std::string& text) { say(stderr, "sdmt tune: warning: {}\n", text); }
-
 // DIR, DIR=FILE or DIR=FILE@CALIBRATION: sequences with the detections det/FILE of each.
 void add_sequences(const std::string& text, std::vector<TuningSequence>& sequences) {
   const auto equals = text.find('=');
@@ -89,7 +87,7 @@ TuningPlan plan_of(const TuneOptions& options) {
 
 void embed(const TuneOptions& options, TuningPlan& plan) {
   if (!options.tracker.uses_appearance()) return;
-  const auto appearance = options.tracker.load_appearance(warn);
+  const auto appearance = options.tracker.load_appearance(warning_of("tune"));
   plan.tau_a = options.tracker.options.appearance.tau_a ? options.tracker.options.appearance.tau_a
                                                         : appearance->tau_a();
   std::int64_t frames = 0;
