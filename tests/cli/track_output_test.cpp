@@ -77,7 +77,8 @@ TEST_F(TrackOutput, AllFormsAgree) {
   cv::VideoCapture video((folder_ / "t.mp4").string());
   EXPECT_EQ(video.get(cv::CAP_PROP_FRAME_COUNT), 60);
   EXPECT_EQ(video.get(cv::CAP_PROP_FRAME_WIDTH), 320);
-  EXPECT_THAT(read_file(folder_ / "e.csv"), HasSubstr("frame,older,newer,gap,affinity,threshold,verdict"));
+  EXPECT_THAT(read_file(folder_ / "e.csv"),
+              HasSubstr("frame,older,newer,gap,affinity,threshold,verdict"));
 }
 
 TEST_F(TrackOutput, ThreadsAndDelayDoNotChangeAByte) {
