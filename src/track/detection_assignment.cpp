@@ -23,13 +23,16 @@ void DetectionAssignment::gate(const Tracklets& active, const FrameDetections& d
                                int skipped) {
   const double spread = kSpread * skipped;
   predictions_.clear();
-  for (const auto& tracklet : active) {
-    predictions_.push_back(widened(mot::to_tlwh(tracklet->state.box()), spread));
+  for (const auto& tracklet : active) predictions_.push_back(mot::to_tlwh(tracklet->state.box()));
+  const std::vector<mot::Tlwh>* boxes = &detections.boxes;
+  if (skipped > 0) {
+    for (mot::Tlwh& box : predictions_) box = widened(box, spread);
+    widened_.clear();
+    for (const mot::Tlwh& box : detections.boxes) widened_.push_back(widened(box, spread));
+    boxes = &widened_;
   }
-  widened_.clear();
-  for (const mot::Tlwh& box : detections.boxes) widened_.push_back(widened(box, spread));
   const auto& overlaps =
-      overlaps_.find(predictions_, widened_, std::min(options_.min_iou, options_.weak_iou));
+      overlaps_.find(predictions_, *boxes, std::min(options_.min_iou, options_.weak_iou));
   gated_.clear();
   for (const mot::Overlap& pair : overlaps) {
     const auto& flags = detections.flags[pair.b];

@@ -93,8 +93,12 @@ void SceneCalibration::count(int tenth, bool person, int boxes) {
 }
 
 void SceneCalibration::give(Tracklet& tracklet, double score) {
-  ++tracklet.unsettled[tenth(score)];
-  if (!tracklet.reported && !tracklet.confidence.positive(confidence_)) return;
+  if (!tracklet.reported && !tracklet.confidence.positive(confidence_)) {
+    ++tracklet.unsettled[tenth(score)];
+    return;
+  }
+  count(tenth(score), true, 1);
+  if (tracklet.unsettled == decltype(tracklet.unsettled){}) return;
   for (int i = 0; i < SceneReport::kTenths; ++i) count(i, true, tracklet.unsettled[i]);
   tracklet.unsettled.fill(0);
 }

@@ -195,9 +195,10 @@ void Tracker::State::embed(const image::ImageView* image) {
   {
     const io::Stopwatch watch(stats.assign_seconds);
     assignment.gate(active, detections, frame - looked - 1);
+    if (descriptor == nullptr) return;
     clear.find(assignment.gated(), active.size(), detections.size(), options.assignment.min_iou);
   }
-  if (descriptor == nullptr || image == nullptr || image->empty()) return;
+  if (image == nullptr || image->empty()) return;
   const io::Stopwatch watch(stats.embed_seconds);
   // In every embed_refresh-th frame, or the first one after it that is looked at.
   const int refresh = options.appearance.embed_refresh;
@@ -243,7 +244,7 @@ void Tracker::State::update_tracklets() {
   const io::Stopwatch watch(stats.assign_seconds);
   for (const auto& tracklet : active) ++tracklet->misses;
   evidence = std::min(frame - looked, std::max(1, options.confidence.min_length / 2));
-  scene.learn(frame, active, detections, clear);
+  if (descriptor != nullptr) scene.learn(frame, active, detections, clear);
   std::vector<bool> taken(detections.size(), false);
   for (const Match& match : matches) {
     Tracklet& tracklet = *active[match.tracklet];
