@@ -11,10 +11,10 @@ namespace sdmt::pipeline {
 
 namespace {
 
-constexpr int kStep = 4;     // between the pixels that are read
-constexpr int kBlock = 4;    // of these along each side of a block
-constexpr int kChange = 10;  // of 255
-constexpr int kLongestRest = 50;
+constexpr int kStep = 4;                            // between the pixels that are read
+constexpr int kBlock = 4;                           // of these along each side of a block
+constexpr int kChange = 10;                         // of 255
+constexpr int kFirstRest = 50, kLongestRest = 200;  // frames
 
 }  // namespace
 
@@ -57,9 +57,13 @@ std::vector<mot::Detection> SparseDetections::detect(const Frame& frame) {
   if (!frame.has_image()) return {};
   const bool moved = gate_.moved(frame.image);
   const int since = looked_ == 0 ? kLongestRest : frame.number - looked_;
+  if (moved) rest_ = kFirstRest;
   looks_ = moved ? since >= interval_ : true;
   if (!looks_) return {};
-  if (!moved && since < kLongestRest) return boxes_;
+  if (!moved) {
+    if (since < rest_) return boxes_;
+    rest_ = std::min(2 * rest_, kLongestRest);
+  }
   boxes_ = detector_->detect(frame);
   looked_ = frame.number;
   gate_.remember();

@@ -59,6 +59,13 @@ TEST(SparseDetections, KeepsTheBoxesWhereNothingMoves) {
   EXPECT_FALSE(sparse.looked());
 }
 
+TEST(SparseDetections, RestLongerTheLongerNothingMoves) {
+  std::set<int> asked;
+  SparseDetections sparse(std::make_unique<Recorder>(asked), 1);
+  for (int i = 1; i <= 800; ++i) sparse.detect(square(i, i < 700 ? 20 : 28));
+  EXPECT_EQ(asked, (std::set{1, 51, 151, 351, 551, 700, 750}));
+}
+
 TEST(SparseDetections, RefuseAnIntervalThatIsNone) {
   std::set<int> asked;
   EXPECT_THROW(SparseDetections(std::make_unique<Recorder>(asked), 0), std::invalid_argument);

@@ -26,9 +26,9 @@ class MotionGate {
 };
 
 /// Looks with a detector now and then. In a frame in which nothing has moved since the last look,
-/// the boxes are those of that look, for at most 50 frames on end; where something has, it looks at
-/// most every `interval` frames, and at the frames between nobody looks: there the tracker
-/// predicts.
+/// the boxes are those of that look, for at most 50 frames on end, and where the next look finds
+/// nothing moved either for twice as many, up to 200. Where something has moved, it looks at most
+/// every `interval` frames, and at the frames between nobody looks: there the tracker predicts.
 class SparseDetections : public DetectionSource {
  public:
   /// Throws std::invalid_argument unless interval is in 1..100.
@@ -42,6 +42,7 @@ class SparseDetections : public DetectionSource {
   std::unique_ptr<DetectionSource> detector_;
   int interval_;
   int looked_ = 0;  // the frame of the last look, 0 before the first
+  int rest_ = 0;    // until the next where nothing moves
   bool looks_ = true;
   std::vector<mot::Detection> boxes_;
   MotionGate gate_;
