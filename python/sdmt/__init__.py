@@ -71,7 +71,7 @@ def _paths(paths):
 class Model(_sdmt._Model):
     """A network that tells people apart. Any number of trackers, embedders and threads share one.
 
-    name: a model file, or a shipped one by its name: "sdmt-lite" (small and quick), "sdmt-vgg16".
+    name: a model file, or a shipped one by its name: "sdmt-lite", "sdmt-vgg16" (the paper's).
     Raises ValueError for a file that is missing or no model.
     """
 
@@ -137,7 +137,7 @@ class Embedder(_sdmt._Embedder):
     model: a Model or what Model() takes. order: of the channels, "bgr" or "rgb".
     """
 
-    def __init__(self, model="sdmt-vgg16", *, order="bgr"):
+    def __init__(self, model="sdmt-lite", *, order="bgr"):
         super().__init__(_model(model), order)
 
 

@@ -91,7 +91,7 @@ class CameraMotionEstimator:
 
 class Embedder:
     def __init__(
-        self, model: Model | Path = "sdmt-vgg16", *, order: Literal["bgr", "rgb"] = "bgr"
+        self, model: Model | Path = "sdmt-lite", *, order: Literal["bgr", "rgb"] = "bgr"
     ) -> None: ...
     def embed(
         self, image: NDArray[np.uint8], boxes: ArrayLike

@@ -61,7 +61,7 @@ fs::path find_config_file(const std::string& name) {
 fs::path find_default_model() {
   std::vector<fs::path> candidates;
   for (const fs::path& folder : share_folders()) {
-    candidates.push_back(folder / "models" / "sdmt-vgg16.safetensors");
+    candidates.push_back(folder / "models" / "sdmt-lite.safetensors");
   }
   std::string tried;
   fs::path found = first_file(candidates, tried);

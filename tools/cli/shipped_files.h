@@ -15,7 +15,7 @@ namespace sdmt::tools {
 /// find configs/track-paper.json. Throws std::invalid_argument naming what was tried.
 std::filesystem::path find_config_file(const std::string& name);
 
-/// models/sdmt-vgg16.safetensors. Throws std::invalid_argument naming what was tried.
+/// models/sdmt-lite.safetensors. Throws std::invalid_argument naming what was tried.
 std::filesystem::path find_default_model();
 
 }  // namespace sdmt::tools
