@@ -24,6 +24,12 @@ bool silent = false;
 bool output_is_result = false;
 Verbosity chosen = Verbosity::normal;
 
+#ifdef SDMT_SANITIZED  // the sanitizers' reports come by standard error, too
+constexpr bool kSanitized = true;
+#else
+constexpr bool kSanitized = false;
+#endif
+
 // Where what is said to `stream` really goes.
 std::FILE* shown_at(std::FILE* stream) {
   if (stream == stdout && output_is_result) stream = stderr;
@@ -96,7 +102,7 @@ void open_standard_streams() {
 }
 
 QuietLibraries::QuietLibraries() {
-#ifndef SDMT_SANITIZED  // whose reports come by standard error, too
+  if (kSanitized) return;
   constexpr int kBehindStandardStreams = STDERR_FILENO + 1;
   const int kept = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, kBehindStandardStreams);
   if (kept < 0) return;
@@ -114,7 +120,6 @@ QuietLibraries::QuietLibraries() {
   working = true;
   std::set_terminate(terminated);
   std::atexit(exited);
-#endif
 }
 
 QuietLibraries::~QuietLibraries() { working = false; }
