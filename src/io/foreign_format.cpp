@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <cstddef>
 
 namespace sdmt::io {
 
@@ -29,11 +31,21 @@ constexpr std::array kSignatures{
     Signature{"\x89PNG"sv, "a PNG image"sv},
 };
 
+// A Protocol Buffers message of field 1, a small version, and field 2, the name of what wrote it.
+bool is_onnx(std::string_view bytes) {
+  return bytes.size() >= 5 && bytes[0] == 0x08 && bytes[1] > 0 && bytes[1] < 0x20 &&
+         bytes[2] == 0x12 && std::isalpha(static_cast<unsigned char>(bytes[4])) != 0;
+}
+
 }  // namespace
 
 std::string_view foreign_format(std::string_view first_bytes) {
   for (const auto& [bytes, meaning] : kSignatures) {
     if (first_bytes.starts_with(bytes)) return meaning;
+  }
+  if (is_onnx(first_bytes)) return "an ONNX model; convert its weights to safetensors";
+  if (first_bytes.substr(std::min<std::size_t>(4, first_bytes.size())).starts_with("TFL3")) {
+    return "a TensorFlow Lite model; convert its weights to safetensors";
   }
   first_bytes.remove_prefix(std::min(first_bytes.find_first_not_of(" \t\r\n"), first_bytes.size()));
   if (first_bytes.starts_with('<')) return "an HTML or XML page; was a download refused?";

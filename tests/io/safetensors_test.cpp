@@ -214,6 +214,9 @@ TEST(Safetensors, SaysWhatAFileOfAnotherKindIs) {
   EXPECT_THAT(kind("PK\x03\x04\x14"), HasSubstr(expected + "a zip archive"));
   EXPECT_THAT(kind("\x89HDF\r\n\x1a\n"), HasSubstr(expected + "an HDF5 file"));
   EXPECT_THAT(kind("\x80\x02\x8a\x0al\xfc\x9c\x46\xf9 "), HasSubstr(expected + "a Python pickle"));
+  EXPECT_THAT(kind("\x08\x07\x12\x07pytorch\x1a\x03\x31.3"), HasSubstr(expected + "an ONNX model"));
+  EXPECT_THAT(kind(std::string("\x1c\0\0\0TFL3", 8)),
+              HasSubstr(expected + "a TensorFlow Lite model"));
   EXPECT_THAT(kind("<!DOCTYPE html><html>"), HasSubstr(expected + "an HTML or XML page"));
   EXPECT_THAT(kind("{\"metadata\": {\"total_size\": 1}}"), HasSubstr(expected + "JSON text"));
   EXPECT_THAT(kind("neither"), HasSubstr("not a safetensors file?"));
