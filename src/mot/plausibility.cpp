@@ -65,7 +65,8 @@ bool corners(std::span<const Tlwh> boxes, int width, int height) {
 }
 
 // As centres all boxes lie within the picture, as corners some leave it at the right or below, and
-// none at the left or above.
+// none at the left or above. One person who stands at the border is no evidence, in however many
+// boxes.
 bool centres(std::span<const Tlwh> boxes, int width, int height) {
   constexpr double kSlack = 2, kSome = 0.05;
   const auto inside = [&](const Tlwh& b) {
@@ -75,7 +76,10 @@ bool centres(std::span<const Tlwh> boxes, int width, int height) {
   const auto leaves = [&](const Tlwh& b) {
     return right(b) > width + kSlack || bottom(b) > height + kSlack;
   };
-  return share(boxes, inside) >= kNearlyAll && share(boxes, leaves) >= kSome;
+  const auto first = std::find_if(boxes.begin(), boxes.end(), leaves);
+  const bool several = std::any_of(first, boxes.end(),
+                                   [&](const Tlwh& b) { return leaves(b) && iou(b, *first) == 0; });
+  return several && share(boxes, inside) >= kNearlyAll && share(boxes, leaves) >= kSome;
 }
 
 // Boxes of a larger picture lie outside this one; those of a smaller one end at about the same

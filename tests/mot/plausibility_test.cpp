@@ -55,6 +55,14 @@ TEST(Plausibility, RealBoxesAreNotDoubted) {
   EXPECT_EQ(describe_implausible(std::vector<Tlwh>{}, kWidth, kHeight), "");
 }
 
+TEST(Plausibility, SomebodyAtTheBorderMakesNoCentres) {
+  auto boxes = clipped_people();
+  std::erase_if(boxes, [](const Tlwh& b) { return b.left < 60 || b.top < 120; });
+  for (int frame = 0; frame < 20; ++frame)
+    boxes.push_back({kWidth - 12 - 0.1 * frame, 200, 20, 50});
+  EXPECT_EQ(describe_implausible(boxes, kWidth, kHeight), "");
+}
+
 TEST(Plausibility, KnowsFractions) {
   const auto shrink = [](Tlwh& b) {
     b = {b.left / kWidth, b.top / kHeight, b.width / kWidth, b.height / kHeight};
