@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace sdmt::reid {
 
@@ -103,6 +104,16 @@ LeftOut& LeftOut::operator+=(const LeftOut& other) {
   junk += other.junk;
   other_files += other.other_files;
   return *this;
+}
+
+std::string LeftOut::text() const {
+  std::string text;
+  for (const auto& [count, what] :
+       {std::pair(background, " of the background (pid 0000)"),
+        std::pair(junk, " of no use (pid -1)"), std::pair(other_files, " neither .jpg nor .png")}) {
+    if (count > 0) text += (text.empty() ? "" : ", ") + std::to_string(count) + what;
+  }
+  return text;
 }
 
 std::vector<ReidImage> list_nameless_images(const fs::path& folder, LeftOut* left_out) {

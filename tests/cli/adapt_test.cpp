@@ -108,17 +108,30 @@ TEST_F(Adapt, RefusesScenesThatTeachNothing) {
   refused(adapt(empty, {"--frames", "40-20"}), "--frames is '40-20', expected A-B, A- or -B");
   refused(adapt(empty, {"--frames", "61-"}), "has no frame 61");
   refused(adapt("camera:0"), "is looked at twice");
+  refused(adapt(empty, {"--anchor", folder_ / "none"}), "none: no such folder");
+  refused(adapt(empty, {"--anchor", empty}), "holds no .jpg or .png image, but 3 folders");
+  // What is passed over is told.
+  write_file(empty + "/img1/Thumbs.db", "");
+  const auto passed_over = adapt(empty, {"--anchor", empty + "/img1"});
+  refused(passed_over, "the part that teaches has 0 tracks");
+  EXPECT_THAT(passed_over.out, HasSubstr("left out: 1 neither .jpg nor .png"));
+  write_file(empty + "/img1/000007.jpg", "");
+  refused(adapt(empty, {"--anchor", empty + "/img1"}), "1 of 60 images cannot be read");
   refused(run_sdmt({"adapt", "--model", start(), "--output", start(), empty}),
           "is read as --model");
 }
 
 TEST_F(Adapt, WritesNothingWhereNothingIsGained) {
-  const auto result = adapt(
-      scene("plaza", 300, 10),
-      {scene("yard", 120, 6), "--detections", "det.txt", "--lr", "1e-9", "--iterations", "1"});
+  const std::string plaza = scene("plaza", 300, 10);
+  for (int frame = 50; frame < 60; ++frame) {
+    write_file(plaza + "/img1/0000" + std::to_string(frame) + ".jpg", "no picture");
+  }
+  const auto result = adapt(plaza, {scene("yard", 120, 6), "--detections", "det.txt", "--lr",
+                                    "1e-9", "--iterations", "1"});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.out, HasSubstr("plaza: 300 frames"));
   EXPECT_THAT(result.out, HasSubstr("yard: 120 frames"));
+  EXPECT_THAT(result.err, HasSubstr(".jpg: not a readable image; nobody is cut out of it"));
   EXPECT_THAT(result.err, HasSubstr("nothing was gained on the part held out"));
   EXPECT_FALSE(has_output());
 }

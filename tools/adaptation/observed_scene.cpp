@@ -111,7 +111,8 @@ struct Part {
   }
 };
 
-void cut_crops(const std::string& input, std::vector<Part*> parts, const SceneProgress& progress) {
+void cut_crops(const std::string& input, std::vector<Part*> parts, const Warning& warn,
+               const SceneProgress& progress) {
   struct Wanted {
     Part* part;
     std::size_t crop;
@@ -128,9 +129,17 @@ void cut_crops(const std::string& input, std::vector<Part*> parts, const ScenePr
   pipeline::Frame frame;
   for (int number = 1; number <= last; ++number) {
     const auto wanted = by_frame.find(number);
-    if (!frames->next(frame, wanted != by_frame.end())) break;
+    if (!frames->next(frame, wanted != by_frame.end())) {
+      throw std::runtime_error(
+          fmt::format("{}: ends before frame {}, where people were found when it was read first",
+                      input, number));
+    }
     progress("cutting", number, last);
-    if (wanted == by_frame.end() || !frame.has_image()) continue;
+    if (wanted == by_frame.end()) continue;
+    if (!frame.has_image()) {
+      warn(frame.problem + "; nobody is cut out of it");
+      continue;
+    }
     for (const auto& [part, crop] : wanted->second) {
       const auto& rect = part->boxes[part->evidence.boxes[crop]].rect;
       const auto region = image::visible_region(frame.image.width, frame.image.height, rect);
@@ -170,7 +179,7 @@ ObservedScene observe(const std::string& input, const SceneView& view, const War
   }
   teaching.find(options);
   held_out.find(options);
-  cut_crops(input, {&teaching, &held_out}, progress);
+  cut_crops(input, {&teaching, &held_out}, warn, progress);
   scene.teaching = teaching.take();
   scene.held_out = held_out.take();
   return scene;

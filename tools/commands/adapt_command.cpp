@@ -23,8 +23,8 @@
 #include "cli/stop_signal.h"
 #include "cli/text_table.h"
 #include "sdmt/media/image_file.h"
-#include "sdmt/mot/sequence.h"
 #include "sdmt/pipeline/frame_source.h"
+#include "sdmt/reid/market1501.h"
 #include "sdmt/reid/model_file.h"
 #include "sdmt/train/adaptation.h"
 #include "validation/validation.h"
@@ -63,14 +63,11 @@ std::string detections_of(const std::string& input, const std::string& detection
 
 std::vector<image::Image> read_anchors(const fs::path& folder) {
   if (folder.empty()) return {};
-  if (!fs::is_directory(folder)) {
-    throw std::invalid_argument("--anchor " + folder.string() + ": is no folder");
-  }
+  reid::LeftOut left_out;
   std::vector<fs::path> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file() && mot::is_image_name(entry.path())) files.push_back(entry.path());
+  for (auto& image : reid::list_nameless_images(folder, &left_out)) {
+    files.push_back(std::move(image.path));
   }
-  std::sort(files.begin(), files.end());
   media::UnreadableImages unreadable(files.size());
   std::vector<image::Image> images;
   auto decoded = media::read_images(files);
@@ -79,9 +76,10 @@ std::vector<image::Image> read_anchors(const fs::path& folder) {
       images.push_back(std::move(*decoded[i]));
     } else {
       unreadable.add(files[i]);
+      say(stdout, "left out, unreadable: {}\n", files[i].string());
     }
   }
-  if (images.empty()) throw std::invalid_argument("--anchor " + folder.string() + ": no images");
+  if (const auto text = left_out.text(); !text.empty()) say(stdout, "left out: {}\n", text);
   return images;
 }
 

@@ -55,17 +55,6 @@ reid::Model starting_model(const TrainingArguments& arguments) {
   return model;
 }
 
-// One line, or nothing.
-std::string left_out(const reid::LeftOut& files) {
-  std::string text;
-  for (const auto& [count, what] : {std::pair(files.background, "of the background (pid 0000)"),
-                                    std::pair(files.junk, "of no use (pid -1)"),
-                                    std::pair(files.other_files, "neither .jpg nor .png")}) {
-    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
-  }
-  return text.empty() ? "" : "left out: " + text + "\n";
-}
-
 void describe(const train::TrainingSet& set, const TrainingArguments& arguments,
               const train::Trainer& trainer) {
   note("training on {} images of {} people\n", set.images.size(), set.identities.size());
@@ -84,7 +73,7 @@ void describe(const train::TrainingSet& set, const TrainingArguments& arguments,
          validation.labels.back() + 1);
   }
   for (const auto& path : set.unreadable) say(stdout, "left out, unreadable: {}\n", path.string());
-  say(stdout, "{}", left_out(set.left_out));
+  if (const auto files = set.left_out.text(); !files.empty()) say(stdout, "left out: {}\n", files);
   if (trainer.cache_bytes() > 0) {
     note("features of {} views of each image take {} MiB {}\n", arguments.trainer.views,
          trainer.cache_bytes() >> 20,

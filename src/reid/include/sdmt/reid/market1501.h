@@ -28,6 +28,8 @@ struct LeftOut {
   std::size_t other_files = 0;  ///< of other kinds (.bmp, Thumbs.db); hidden ones are not counted
 
   LeftOut& operator+=(const LeftOut& other);
+  /// "6 of the background (pid 0000), 3 neither .jpg nor .png"; empty where nothing is left out.
+  std::string text() const;
 };
 
 /// All .jpg, .jpeg and .png files directly in `folder`, sorted by file name, so that the order does
