@@ -14,8 +14,8 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "retry.h"
 #include "sdmt/io/checked_value.h"
+#include "sdmt/io/retry.h"
 
 namespace sdmt::io {
 

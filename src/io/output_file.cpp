@@ -10,7 +10,7 @@
 #include <system_error>
 #include <utility>
 
-#include "retry.h"
+#include "sdmt/io/retry.h"
 
 namespace sdmt::io {
 

@@ -16,10 +16,10 @@
 #include <utility>
 
 #include "foreign_format.h"
-#include "retry.h"
 #include "safetensors_header.h"
 #include "sdmt/io/checked_value.h"
 #include "sdmt/io/half.h"
+#include "sdmt/io/retry.h"
 
 static_assert(std::endian::native == std::endian::little,
               "the values of safetensors files are little-endian and read as they are");

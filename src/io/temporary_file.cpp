@@ -14,7 +14,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "retry.h"
+#include "sdmt/io/retry.h"
 #include "sdmt/io/unfinished_files.h"
 
 namespace sdmt::io {

@@ -2,10 +2,13 @@
 #include "display_matrix.h"
 
 #include <array>
+#include <cerrno>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <optional>
+#include <stdexcept>
+#include <string>
 #include <string_view>
 
 namespace sdmt::pipeline {
@@ -23,7 +26,9 @@ struct Box {
 
 class BoxReader {
  public:
-  explicit BoxReader(const std::filesystem::path& file) : file_(file, std::ios::binary) {
+  explicit BoxReader(const std::filesystem::path& file)
+      : path_(file.string()), file_(file, std::ios::binary) {
+    if (!file_) fail("cannot be opened");
     file_.seekg(0, std::ios::end);
     size_ = file_ ? static_cast<std::uint64_t>(file_.tellg()) : 0;
   }
@@ -74,11 +79,17 @@ class BoxReader {
   }
 
  private:
+  // A matrix that cannot be read is not one that is not there.
   void read(std::uint64_t at, char* to, std::size_t size) {
     file_.seekg(static_cast<std::streamoff>(at));
     file_.read(to, static_cast<std::streamsize>(size));
+    if (file_.bad()) fail("cannot be read");
+  }
+  [[noreturn]] void fail(const char* what) const {
+    throw std::runtime_error(path_ + ": " + what + ": " + std::strerror(errno));
   }
 
+  std::string path_;
   std::ifstream file_;
   std::uint64_t size_ = 0;
 };

@@ -7,7 +7,6 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 #include <span>
 #include <sstream>
 #include <stdexcept>
@@ -16,7 +15,9 @@
 #include <utility>
 
 #include "sdmt/io/checked_value.h"
+#include "sdmt/io/delimited_text.h"
 #include "sdmt/io/output_file.h"
+#include "sdmt/io/retry.h"
 
 namespace sdmt::pipeline {
 
@@ -96,11 +97,10 @@ track::FinishedFrame frame_of(std::string_view line, const fs::path& path) {
 RunState::RunState(fs::path path, std::string run, int interval)
     : path_(std::move(path)), run_(std::move(run)), interval_(interval) {
   io::require_in("state_every", interval, 1, 1'000'000);
-  std::error_code error;
-  const auto status = fs::status(path_, error);
+  const auto status = fs::status(path_);
   if (status.type() == fs::file_type::not_found) return;
   if (!fs::is_regular_file(status)) refuse(path_, "is no regular file");
-  std::ifstream file(path_, std::ios::binary);
+  std::istringstream file(io::read_text(path_));
   std::string title, count, size;
   std::getline(file, title);
   if (title != kTitle) refuse(path_, "is no state of a run of this version");
@@ -134,9 +134,11 @@ int RunState::resume(track::Tracker& tracker,
       refuse(path_, error.what());
     }
     std::ifstream file(frames_path(), std::ios::binary);
+    if (!file && errno != ENOENT) fail(frames_path(), "cannot be opened");
     std::string line;
     for (int frame = 1; frame <= finished_; ++frame) {
       if (!std::getline(file, line) || file.eof()) {
+        if (file.bad()) fail(frames_path(), "cannot be read");
         refuse(frames_path(), "ends before frame " + io::number_text(frame));
       }
       const auto read = frame_of(line, frames_path());
@@ -166,13 +168,12 @@ void RunState::frame_done(const track::Tracker& tracker) {
 void RunState::save(const track::Tracker& tracker) {
   since_ = 0;
   for (std::string_view left = pending_; !left.empty();) {
-    const ssize_t written = ::write(frames_, left.data(), left.size());
-    if (written < 0 && errno == EINTR) continue;
+    const ssize_t written = io::retry([&] { return ::write(frames_, left.data(), left.size()); });
     if (written <= 0) fail(frames_path(), "write failed");
     left.remove_prefix(static_cast<std::size_t>(written));
   }
   pending_.clear();
-  if (::fsync(frames_) != 0) fail(frames_path(), "flush to disk failed");
+  if (io::retry([&] { return ::fsync(frames_); }) != 0) fail(frames_path(), "flush to disk failed");
   const auto snapshot = tracker.save();
   io::OutputFile file(path_);
   std::ostringstream head;

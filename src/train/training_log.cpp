@@ -4,12 +4,14 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
+#include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "sdmt/io/delimited_text.h"
 #include "sdmt/io/output_file.h"
 #include "sdmt/train/configuration.h"
 
@@ -23,12 +25,12 @@ constexpr const char* kHeader =
 
 std::vector<std::string> rows_up_to(const std::filesystem::path& path, std::int64_t iteration) {
   std::vector<std::string> rows;
-  std::ifstream file(path);
-  std::string line;
-  while (iteration > 0 && std::getline(file, line)) {
+  if (iteration == 0 || !std::filesystem::exists(path)) return rows;
+  io::for_each_line(io::read_text(path), [&](std::size_t, std::string_view text) {
+    std::string line(text);
     const auto number = std::strtoll(line.c_str(), nullptr, 10);  // 0 for the header
-    if (number >= 1 && number <= iteration) rows.push_back(line);
-  }
+    if (number >= 1 && number <= iteration) rows.push_back(std::move(line));
+  });
   return rows;
 }
 

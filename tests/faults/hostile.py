@@ -16,7 +16,7 @@ import struct
 import subprocess
 import sys
 
-from bench import COMMANDS, Bench, words_of
+from bench import COMMANDS, MESSAGES, Bench, words_of
 
 MEMORY = 4 << 30
 
@@ -164,6 +164,14 @@ def kinds_of(bench, bad):
     frame = scene / "img1/000003.jpg"
     subprocess.run([bench.sdmt, "track", scene, "--no-appearance", "--min-length", "2", "--render",
                     bad / "good.mp4"], check=True, capture_output=True)
+    resumed = ["track", at / "scene", "--no-appearance", "--min-length", "2", "--delay", "2",
+               "--output", out, "--state", bad / "t.state"]
+    shutil.copytree(at / "square", bad / "square")
+    tune = ["tune", "--sequences", at / "scene", bad / "square", "--option", "lambda=0.3,0.7",
+            "--draws", "2", "--output", out]
+    subprocess.run([bench.sdmt, *tune, "--state", bad / "runs"], check=True, capture_output=True)
+    queue = bad / MESSAGES
+    queue.parent.mkdir(parents=True)
     file = bad / "file"
     track = ["track", scene, "--no-appearance", "--output", out, "--detections", file]
     train = [word.replace("IN/", f"{at}/").replace("OUT/m.safetensors", str(out))
@@ -194,6 +202,23 @@ def kinds_of(bench, bad):
                          ["evaluate", "--gt", scene, "--results", at / "scene.txt"]),
         "seqinfo": (mutate_words, (scene / "seqinfo.ini").read_bytes(), scene / "seqinfo.ini",
                     ["track", scene, "--no-appearance", "--output", out]),
+        "zones": (mutate_json, (at / "zones.json").read_bytes().replace(b"\n", b""), file,
+                  ["count", at / "scene.txt", "--gt", at / "scene", "--zones", file, "--counts",
+                   out]),
+        "results, counted": (mutate_rows, (at / "scene.txt").read_bytes(), file,
+                             ["count", file, "--gt", at / "scene", "--zones", at / "zones.json",
+                              "--counts", out]),
+        "state of a track": (mutate_bytes, (at / "begun.state").read_bytes(), bad / "t.state",
+                             resumed),
+        "frames of a state": (mutate_bytes, (at / "begun.state.frames").read_bytes(),
+                              bad / "t.state.frames", resumed),
+        "state of a tune": (mutate_bytes, (bad / "runs").read_bytes(), bad / "runs",
+                            [*tune, "--state", bad / "runs"]),
+        "truth, tuned on": (mutate_rows, (bad / "square/gt/gt.txt").read_bytes(),
+                            bad / "square/gt/gt.txt", tune),
+        "messages": (mutate_bytes, (at / "waiting.messages").read_bytes(), queue,
+                     ["track", at / "scene", "--no-appearance", "--output", out, "--mqtt",
+                      "mqtt://127.0.0.1:1", "--mqtt-queue", bad / "queue"]),
         "config": (mutate_json, b'{"min-length": 2, "lambda": 0.5, "boosting": true}', file,
                    ["track", scene, "--no-appearance", "--output", out, "--config", file]),
         "image, tracked": (mutate_bytes, frame.read_bytes(), frame,
@@ -266,17 +291,26 @@ def main():
                 preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY)))
 
         out = bad / "out"
+        # What a run that ends well removes.
+        beside = {bad / f"t.{end}": (bench.inputs / f"begun.{end}").read_bytes()
+                  for end in ("state", "state.frames")}
+
+        def lay(path, content):
+            for other, good in beside.items():
+                other.write_bytes(good)
+            path.write_bytes(content)
+
         for kind, (mutate, content, path, words) in kinds_of(bench, bad).items():
             if arguments.kinds and kind not in arguments.kinds:
                 continue
             old = path.read_bytes() if path.exists() else None
-            path.write_bytes(content)
+            lay(path, content)
             good = run(words, content)
             if good.returncode != 0:
                 sys.exit(f"{kind}: the good file is refused: {good.stderr.decode()}")
             for number in range(arguments.count):
                 damaged = mutate(content, rng)
-                path.write_bytes(damaged)
+                lay(path, damaged)
                 for left in bad.glob("out*"):
                     left.unlink()
                 try:

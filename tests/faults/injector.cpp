@@ -99,18 +99,21 @@ bool fails(const char* call, int descriptor, std::size_t& count) {
 
 // FFmpeg, OpenCV's part around it, and GDAL, which OpenCV starts with the first image, read through
 // the null pointers that they get, or end the program themselves; so does libstdc++ in the listing
-// of a folder, which allocates where nothing may be thrown.
+// of a folder, which allocates where nothing may be thrown, and the loader, or a library that it
+// starts, during dlopen().
 bool bears_failure() {
   constexpr std::array<std::string_view, 5> kFragile{"libav", "libsw", "libx264", "videoio",
                                                      "libgdal"};
-  std::array<void*, 30> callers{};
+  std::array<void*, 40> callers{};
   const int count = backtrace(callers.data(), static_cast<int>(callers.size()));
   return std::none_of(callers.begin(), callers.begin() + count, [&](const void* caller) {
     Dl_info info{};
     if (dladdr(caller, &info) == 0 || info.dli_fname == nullptr) return false;
     const std::string_view library = info.dli_fname;
     const std::string_view function = info.dli_sname == nullptr ? "" : info.dli_sname;
-    if (function.find("directory_iterator") != std::string_view::npos) return true;
+    if (function == "dlopen" || function.find("directory_iterator") != std::string_view::npos) {
+      return true;
+    }
     return std::any_of(kFragile.begin(), kFragile.end(), [&](std::string_view fragile) {
       return library.find(fragile) != std::string_view::npos;
     });

@@ -14,7 +14,7 @@ import sys
 import tempfile
 import time
 
-from bench import COMMANDS, Bench, Table
+from bench import COMMANDS, Bench, Table, unfinished
 
 HIDDEN = ".sdmt-tmp"
 
@@ -34,8 +34,11 @@ def killed(bench, name, out, after):
 def judge(bench, name, out, good):
     """After a kill: (outcome, the run that came after)."""
     whole = {**bench.before(name)}
-    for file, content in bench.files(out).items():
-        if HIDDEN in file or file.endswith(".checkpoint"):
+    files = bench.files(out)
+    if bench.lost(name, files):
+        return "WRONG", None
+    for file, content in files.items():
+        if HIDDEN in file or file.endswith((".checkpoint", ".messages")) or unfinished(file):
             continue
         if content != good.get(file) and content != whole.get(file):
             return "WRONG", None
@@ -54,7 +57,14 @@ def judge(bench, name, out, good):
     again = bench.run(name, out=out)
     if again.code != 0:
         return "SILENT" if not again.error else "ABORT", again
-    if again.files != good:
+    if bench.lost(name, again.files):
+        return "WRONG", again
+    # Behind the messages of the killed run.
+    for file in again.files:
+        old = whole.get(file, b"")
+        if file.endswith(".messages") and again.files[file].endswith(good[file][len(old):]):
+            again.files[file] = good[file]
+    if not bench.equal(again.files, good):
         return "LEFTOVER", again
     return "equal", again
 

@@ -12,10 +12,13 @@
 #include <limits>
 #include <map>
 #include <stdexcept>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
 #include "sdmt/io/checked_value.h"
+#include "sdmt/io/delimited_text.h"
+#include "sdmt/io/retry.h"
 
 namespace sdmt::tools {
 
@@ -31,9 +34,20 @@ constexpr int kDigits = 19;
 }
 
 int open_or_fail(const fs::path& path, int flags) {
-  const int descriptor = ::open(path.c_str(), flags | O_CREAT | O_CLOEXEC, 0600);
+  const int descriptor =
+      io::retry([&] { return ::open(path.c_str(), flags | O_CREAT | O_CLOEXEC, 0600); });
   if (descriptor < 0) fail(path, "cannot be opened");
   return descriptor;
+}
+
+bool write_all(int descriptor, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written =
+        io::retry([&] { return ::write(descriptor, text.data(), text.size()); });
+    if (written <= 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
 }
 
 }  // namespace
@@ -59,15 +73,16 @@ void MessageQueue::open_folder() {
     throw std::runtime_error(folder_.string() + ": cannot be made: " + failed.message());
   }
   lock_ = open_or_fail(folder_ / "lock", O_RDWR);
-  if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+  if (io::retry([&] { return ::flock(lock_, LOCK_EX | LOCK_NB); }) != 0) {
+    if (errno != EWOULDBLOCK) fail(folder_ / "lock", "cannot be locked");
     throw std::runtime_error(folder_.string() + ": another program keeps its messages there");
   }
   done_file_ = open_or_fail(folder_ / "done", O_RDWR);
   std::string text(kDigits, ' ');
-  const auto count = ::pread(done_file_, text.data(), text.size(), 0);
-  done_ = io::parse_number<std::int64_t>(
-              std::string_view(text.data(), count > 0 ? static_cast<std::size_t>(count) : 0))
-              .value_or(0);
+  const auto count = io::retry([&] { return ::pread(done_file_, text.data(), text.size(), 0); });
+  if (count < 0) fail(folder_ / "done", "cannot be read");
+  text.resize(static_cast<std::size_t>(count));
+  done_ = io::parse_number<std::int64_t>(text).value_or(0);
   std::map<std::int64_t, fs::path> found;
   for (const auto& entry : fs::directory_iterator(folder_)) {
     const auto first = io::parse_number<std::int64_t>(entry.path().stem().string());
@@ -86,15 +101,12 @@ void MessageQueue::open_folder() {
   next_ = done_ + 1;
 }
 
-// Counts its messages; what stands behind the last line end is none.
+// Counts its messages; what stands behind the last line end is none. Throws rather than take what
+// cannot be read for what is not there.
 void MessageQueue::read_file(const fs::path& path, std::int64_t first) {
-  File file{path, first, 0, 0};
-  std::ifstream stream(path, std::ios::binary);
-  for (std::string line; std::getline(stream, line) && !stream.eof();) {
-    ++file.count;
-    file.bytes += line.size() + 1;
-  }
-  files_.push_back(std::move(file));
+  const std::string text = io::read_text(path);
+  files_.push_back({path, first, std::count(text.begin(), text.end(), '\n'),
+                    text.rfind('\n') + 1});  // npos + 1 is 0
 }
 
 MessageQueue::~MessageQueue() {
@@ -137,10 +149,9 @@ bool MessageQueue::add(const std::string& topic, const std::string& payload) {
     return false;
   }
   File& file = files_.back();
-  const ssize_t written = ::write(last_file_, line.data(), line.size());
-  if (written != static_cast<ssize_t>(line.size())) {
-    const auto whole = static_cast<off_t>(file.bytes);
-    if (written > 0 && ::ftruncate(last_file_, whole) != 0) files_.back().bytes += line.size();
+  if (!write_all(last_file_, line)) {
+    // Where the half that was written stays, it spoils the message behind it.
+    [[maybe_unused]] const int cut = ::ftruncate(last_file_, static_cast<off_t>(file.bytes));
     ++dropped_;
     return false;
   }
@@ -152,8 +163,9 @@ bool MessageQueue::add(const std::string& topic, const std::string& payload) {
 bool MessageQueue::open_new_file() {
   const std::int64_t first = end();
   const fs::path path = folder_ / fmt::format("{:0{}}{}", first, kDigits, kExtension);
-  const int descriptor =
-      ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+  const int descriptor = io::retry([&] {
+    return ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+  });
   if (descriptor < 0) return false;
   if (last_file_ >= 0) ::close(last_file_);
   last_file_ = descriptor;
@@ -184,8 +196,8 @@ std::optional<MessageQueue::Message> MessageQueue::next() {
       reader_.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
     }
   }
-  reader_.clear();  // it may have been at the end, which has moved on since
-  std::getline(reader_, line);
+  if (!reader_.bad()) reader_.clear();  // it may have been at the end, which has moved on since
+  if (!std::getline(reader_, line)) fail(file->path, "cannot be read");
   const auto tab = line.find('\t');
   Message message{next_++, line.substr(0, tab), {}};
   if (tab != std::string::npos) message.payload = line.substr(tab + 1);

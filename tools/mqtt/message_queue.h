@@ -37,7 +37,8 @@ class MessageQueue {
   /// Neither may hold a line end, the topic no tab. False when it could not be written, as on a
   /// full disk; it is then counted as dropped.
   bool add(const std::string& topic, const std::string& payload);
-  /// The first message that was not given out yet; nothing when there is none.
+  /// The first message that was not given out yet; nothing when there is none. Throws
+  /// std::runtime_error when it cannot be read.
   std::optional<Message> next();
   /// This one and all before it have arrived.
   void done(std::int64_t number);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "sdmt/eval/prepare.h"
+#include "sdmt/io/delimited_text.h"
 #include "sdmt/io/first_error.h"
 #include "sdmt/media/image_file.h"
 #include "sdmt/nn/random.h"
@@ -173,7 +174,7 @@ class State {
 
  private:
   void read(const std::string& name, eval::RunGrid& grid, std::vector<bool>& done) {
-    std::ifstream file(path_);
+    std::istringstream file(io::read_text(path_));
     std::string line;
     if (!std::getline(file, line) || line != name) {
       throw std::invalid_argument(path_.string() +
