@@ -82,7 +82,6 @@ std::string ablation_html(const AblationRun& run) {
     add_score_bars(report, groups);
     report.add_heading("HOTA over localisation");
     SvgPlotOptions options;
-    options.width = 936;
     options.x.label = "localisation threshold";
     options.y.percent = true;
     options.legend = LegendCorner::bottom_left;
@@ -95,7 +94,7 @@ std::string ablation_html(const AblationRun& run) {
       }
       plot.add_line(groups[i].name, points);
     }
-    report.add_svg(plot.str());
+    report.add_plots({&plot, 1});
   }
   if (best != nullptr) {
     report.add_heading("The best row in detail: " + best->variant.name);

@@ -98,6 +98,13 @@ void check(const SvgAxis& axis) {
   }
 }
 
+// Of a legend's text, in pixels, roughly: capitals are wide.
+double text_width(std::string_view text) {
+  double width = 0;
+  for (const char c : text) width += c >= 'A' && c <= 'Z' ? 8.6 : 6.2;
+  return width;
+}
+
 }  // namespace
 
 std::string escape_markup(std::string_view text) {
@@ -159,6 +166,17 @@ std::string SvgPlot::next_color(std::string color) {
   return color.empty() ? series_color(colors_++) : std::move(color);
 }
 
+// What lies between two pixels is now something that a legend would hide.
+void SvgPlot::add_drawn(SvgPoint from, SvgPoint to) {
+  constexpr double kStep = 4;
+  const double length = std::hypot(to.x - from.x, to.y - from.y);
+  const int steps = 1 + static_cast<int>(length / kStep);
+  for (int i = 0; i <= steps; ++i) {
+    const double share = static_cast<double>(i) / steps;
+    drawn_.push_back({from.x + share * (to.x - from.x), from.y + share * (to.y - from.y)});
+  }
+}
+
 void SvgPlot::add_line(std::string name, std::span<const SvgPoint> points, std::string color) {
   color = next_color(std::move(color));
   std::string path;
@@ -170,6 +188,7 @@ void SvgPlot::add_line(std::string name, std::span<const SvgPoint> points, std::
     const bool ends = i == 0 || i + 1 == points.size();
     if (!ends && std::abs(x - last_x) < 0.5 && std::abs(y - last_y) < 0.5) continue;
     path += fmt::format("{}{} {}", path.empty() ? "M" : "L", number(x), number(y));
+    if (i > 0) add_drawn({last_x, last_y}, {x, y});
     last_x = x;
     last_y = y;
   }
@@ -193,6 +212,7 @@ void SvgPlot::add_bars(std::string name, double left, double step, double width,
     const double x0 = pixel_x(from);
     const double x1 = pixel_x(from + width);
     const double y = pixel_y(values[i]);
+    add_drawn({(x0 + x1) / 2, y}, {(x0 + x1) / 2, base});
     if (touching) {
       outline += fmt::format("{}{} {}H{}", i == 0 ? "M" : "L", number(x0), number(y), number(x1));
     } else {
@@ -219,7 +239,10 @@ void SvgPlot::add_vertical_line(double x, std::string label, std::string color) 
   if (at < left_ || at > right_) return;
   data_ += line(at, top_, at, bottom_,
                 fmt::format("stroke=\"{}\" stroke-width=\"1.25\" stroke-dasharray=\"4 3\"", color));
-  const bool fits_right = right_ - at > 7.0 * static_cast<double>(label.size());
+  const double length = 7.0 * static_cast<double>(label.size());
+  const bool fits_right = right_ - at > length;
+  add_drawn({at, top_}, {at, bottom_});
+  add_drawn({at, top_ + 10}, {fits_right ? at + length : at - length, top_ + 10});
   labels_ += text(at + (fits_right ? 6 : -6), top_ + 13, fits_right ? "start" : "end",
                   fmt::format("fill=\"{}\" stroke=\"#ffffff\" stroke-width=\"3\" "
                               "paint-order=\"stroke\" font-size=\"11.5\"",
@@ -240,17 +263,28 @@ std::string SvgPlot::legend() const {
   std::copy_if(entries_.begin(), entries_.end(), std::back_inserter(named),
                [](const Entry& entry) { return !entry.name.empty(); });
   if (named.empty() || options_.legend == LegendCorner::none) return {};
-  std::size_t longest = 0;
-  for (const Entry& entry : named) longest = std::max(longest, entry.name.size());
+  double longest = 0;
+  for (const Entry& entry : named) longest = std::max(longest, text_width(entry.name));
   constexpr double kRow = 18;
-  const double width = 48 + 6.4 * static_cast<double>(longest);
+  const double width = 50 + longest;
   const double height = kRow * static_cast<double>(named.size()) + 8;
-  const bool at_left =
-      options_.legend == LegendCorner::top_left || options_.legend == LegendCorner::bottom_left;
-  const bool at_top =
-      options_.legend == LegendCorner::top_left || options_.legend == LegendCorner::top_right;
-  const double x = at_left ? left_ + 10 : right_ - 10 - width;
-  const double y = at_top ? top_ + 10 : bottom_ - 10 - height;
+  const auto corner = [&](LegendCorner where) {
+    const bool at_left = where == LegendCorner::top_left || where == LegendCorner::bottom_left;
+    const bool at_top = where == LegendCorner::top_left || where == LegendCorner::top_right;
+    return SvgPoint{at_left ? left_ + 10 : right_ - 10 - width,
+                    at_top ? top_ + 10 : bottom_ - 10 - height};
+  };
+  const auto hidden = [&](SvgPoint at) {
+    return std::count_if(drawn_.begin(), drawn_.end(), [&](SvgPoint p) {
+      return p.x >= at.x && p.x <= at.x + width && p.y >= at.y && p.y <= at.y + height;
+    });
+  };
+  SvgPoint best = corner(options_.legend);
+  for (const auto where : {LegendCorner::top_left, LegendCorner::top_right,
+                           LegendCorner::bottom_left, LegendCorner::bottom_right}) {
+    if (hidden(corner(where)) < hidden(best)) best = corner(where);
+  }
+  const auto [x, y] = best;
   std::string result = fmt::format(
       "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"4\" fill=\"#ffffff\" "
       "fill-opacity=\"0.88\" stroke=\"{}\"/>\n",

@@ -36,7 +36,8 @@ struct SvgPoint {
   double y = 0;
 };
 
-/// Where the legend stands. Entries without a name do not appear in it.
+/// Where the legend stands, unless it would hide more there than in another corner. Entries without
+/// a name do not appear in it.
 enum class LegendCorner { none, top_left, top_right, bottom_left, bottom_right };
 
 struct SvgPlotOptions {
@@ -81,6 +82,7 @@ class SvgPlot {
   double pixel_x(double x) const;
   double pixel_y(double y) const;
   std::string next_color(std::string color);
+  void add_drawn(SvgPoint from, SvgPoint to);
   std::string legend() const;
 
   SvgPlotOptions options_;
@@ -88,6 +90,7 @@ class SvgPlot {
   std::string data_;                    // what is drawn between the axes
   std::string labels_;                  // what may reach beyond them
   std::vector<Entry> entries_;
+  std::vector<SvgPoint> drawn_;  // along all that is drawn, in pixels
   std::size_t colors_ = 0;
 };
 
