@@ -18,7 +18,6 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -100,24 +99,26 @@ bool fails(const char* call, int descriptor, std::size_t& count) {
 // FFmpeg, OpenCV's part around it, and GDAL, which OpenCV starts with the first image, read through
 // the null pointers that they get, or end the program themselves; so does libstdc++ in the listing
 // of a folder, which allocates where nothing may be thrown, and the loader, or a library that it
-// starts, during dlopen().
-bool bears_failure() {
+// starts, during dlopen(), which has a hundred thousand allocations. How many are passed over; 0:
+// this one may fail.
+long passed_over() {
+  constexpr long kMany = 1000;
   constexpr std::array<std::string_view, 5> kFragile{"libav", "libsw", "libx264", "videoio",
                                                      "libgdal"};
   std::array<void*, 40> callers{};
   const int count = backtrace(callers.data(), static_cast<int>(callers.size()));
-  return std::none_of(callers.begin(), callers.begin() + count, [&](const void* caller) {
+  for (int i = 0; i < count; ++i) {
     Dl_info info{};
-    if (dladdr(caller, &info) == 0 || info.dli_fname == nullptr) return false;
+    if (dladdr(callers[i], &info) == 0 || info.dli_fname == nullptr) continue;
     const std::string_view library = info.dli_fname;
     const std::string_view function = info.dli_sname == nullptr ? "" : info.dli_sname;
-    if (function == "dlopen" || function.find("directory_iterator") != std::string_view::npos) {
-      return true;
+    if (function == "dlopen") return kMany;
+    if (function.find("directory_iterator") != std::string_view::npos) return 1;
+    for (const std::string_view fragile : kFragile) {
+      if (library.find(fragile) != std::string_view::npos) return 1;
     }
-    return std::any_of(kFragile.begin(), kFragile.end(), [&](std::string_view fragile) {
-      return library.find(fragile) != std::string_view::npos;
-    });
-  });
+  }
+  return 0;
 }
 
 bool allocation_fails() {
@@ -125,8 +126,8 @@ bool allocation_fails() {
   const long number = ++allocations;
   static std::atomic<long> wanted = settings.call;
   if (number != wanted) return false;
-  if (!bears_failure()) {  // whose own allocations are counted behind this one
-    wanted = allocations + 1;
+  if (const long more = passed_over(); more > 0) {  // behind its own allocations, which count
+    wanted = allocations + more;
     return false;
   }
   log_line(number, "malloc", "");
