@@ -18,11 +18,24 @@ FrameReplay::FrameReplay(const std::string& input, const FrameSource& source) {
   if (source.repeatable()) second_ = open_frame_source(input);
 }
 
-void FrameReplay::add(const Frame& frame) {
+void FrameReplay::add(const Frame& frame, bool keep) {
   if (second_ != nullptr) return;
   Kept& kept = kept_.emplace_back();
   kept.number = frame.number;
-  if (frame.has_image()) kept.jpeg = media::encode_jpeg(frame.image, kJpegQuality);
+  if (keep && frame.has_image()) kept.jpeg = media::encode_jpeg(frame.image, kJpegQuality);
+}
+
+bool FrameReplay::has_next_image() const {
+  return second_ != nullptr || (!kept_.empty() && !kept_.front().jpeg.empty());
+}
+
+void FrameReplay::skip() {
+  Frame frame;
+  if (second_ != nullptr) {
+    second_->next(frame, false);
+  } else if (!kept_.empty()) {
+    kept_.pop_front();
+  }
 }
 
 Frame FrameReplay::next() {

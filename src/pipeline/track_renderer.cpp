@@ -101,7 +101,7 @@ void draw_trail(cv::Mat& image, const std::deque<std::array<double, 2>>& feet,
 
 }  // namespace
 
-void TrackRenderer::remember(const track::FinishedFrame& frame) {
+void TrackRenderer::skip(const track::FinishedFrame& frame) {
   for (const track::IdMerge& merge : frame.merges) {
     const auto old = trails_.find(merge.from);
     if (old == trails_.end()) continue;
@@ -121,7 +121,7 @@ void TrackRenderer::remember(const track::FinishedFrame& frame) {
 }
 
 void TrackRenderer::draw(const track::FinishedFrame& frame, image::Image& pixels) {
-  remember(frame);
+  skip(frame);
   cv::Mat image = mat_view(pixels);
   for (const auto& [id, trail] : trails_) draw_trail(image, trail.feet, track_colour(id));
   for (const auto& tracked : frame.boxes) draw_box(image, tracked, track_colour(tracked.id));

@@ -200,7 +200,16 @@ void CameraView::end() {
 struct ViewWriter::Pictures {
   pipeline::FrameReplay replay;
   pipeline::TrackRenderer renderer;
-  std::chrono::steady_clock::time_point shown;
+  std::chrono::steady_clock::time_point last;
+
+  // Ten a second are enough.
+  bool is_due() {
+    constexpr std::chrono::milliseconds kBetweenPictures{100};
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last < kBetweenPictures) return false;
+    last = now;
+    return true;
+  }
 };
 
 ViewWriter::ViewWriter(CameraView& view, const std::string& input,
@@ -219,20 +228,24 @@ bool ViewWriter::needs_images() const {
 }
 
 void ViewWriter::read(const pipeline::Frame& frame) {
-  if (pictures_ != nullptr) pictures_->replay.add(frame);
+  if (needs_images()) pictures_->replay.add(frame, pictures_->is_due());
 }
 
 void ViewWriter::write(const track::FinishedFrame& frame, const pipeline::FrameTime& time) {
   view_.show(frame, time, source_.live());
   if (pictures_ == nullptr) return;
   constexpr int kQuality = 80;
-  constexpr std::chrono::milliseconds kBetweenPictures{100};
-  pipeline::Frame picture = pictures_->replay.next();
+  auto& replay = pictures_->replay;
+  // Of those that were kept each is due.
+  if (!view_.is_watched() || !replay.has_next_image() ||
+      (!replay.keeps_images() && !pictures_->is_due())) {
+    replay.skip();
+    pictures_->renderer.skip(frame);
+    return;
+  }
+  pipeline::Frame picture = replay.next();
   if (blur_) pipeline::blur_people(frame, picture.image);
   pictures_->renderer.draw(frame, picture.image);
-  const auto now = std::chrono::steady_clock::now();
-  if (!view_.is_watched() || now - pictures_->shown < kBetweenPictures) return;
-  pictures_->shown = now;
   view_.show_picture(media::encode_jpeg(picture.image, kQuality));
 }
 

@@ -20,11 +20,15 @@ class FrameReplay {
 
   /// Whether add() has to see the images.
   bool keeps_images() const { return second_ == nullptr; }
-  /// To be called with every frame that is read.
-  void add(const Frame& frame);
-  /// The next frame, grey where it cannot be read; then `problem` says why. To be called once a
-  /// frame, in order.
+  /// To be called with every frame that is read. `keep`: false where nobody will want its image,
+  /// which costs most.
+  void add(const Frame& frame, bool keep = true);
+  /// Whether the next frame has an image that next() gives; of a file that is not known before.
+  bool has_next_image() const;
+  /// The next frame, grey where it cannot be read; then `problem` says why. For each frame this or
+  /// skip() is to be called, in order.
   Frame next();
+  void skip();
 
  private:
   struct Kept {

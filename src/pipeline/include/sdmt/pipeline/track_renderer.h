@@ -15,15 +15,16 @@ namespace sdmt::pipeline {
 /// dashes, interpolated ones dots.
 class TrackRenderer {
  public:
-  /// Draws into `image`, the frame itself. To be called for every frame in order.
+  /// Draws into `image`, the frame itself. For each frame this or skip() is to be called, in order.
   void draw(const track::FinishedFrame& frame, image::Image& image);
+  /// Remembers where people were, for the trails of the frames that follow.
+  void skip(const track::FinishedFrame& frame);
 
  private:
   struct Trail {
     std::deque<std::array<double, 2>> feet;  // x and y, the oldest first
     int last_frame = 0;
   };
-  void remember(const track::FinishedFrame& frame);
 
   std::map<int, Trail> trails_;  // by id
 };
