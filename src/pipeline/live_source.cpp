@@ -38,7 +38,8 @@ LiveSource::LiveSource(std::string name, std::unique_ptr<FrameSource> first, Ope
       options_(std::move(options)),
       frame_rate_(first->frame_rate()),
       first_(std::move(first)),
-      closing_(std::move(closing)) {
+      closing_(std::move(closing)),
+      picture_(first_->picture()) {
   options_.validate();
 }
 
@@ -85,12 +86,17 @@ std::optional<LiveCounts> LiveSource::live() const {
   return counts_;
 }
 
+PictureSize LiveSource::picture() const {
+  const std::lock_guard lock(mutex_);
+  return picture_;
+}
+
 void LiveSource::read(std::unique_ptr<FrameSource> source, bool decode) {
   while (source != nullptr) {
     Frame frame;
     try {
       while (!*closing_ && source->next(frame, decode)) {
-        if (!hand_over(std::move(frame), source->garbled())) break;
+        if (!hand_over(std::move(frame), *source)) break;
         frame = {};
       }
     } catch (const std::exception& error) {  // of one frame: it is opened anew
@@ -116,14 +122,15 @@ void LiveSource::read(std::unique_ptr<FrameSource> source, bool decode) {
   changed_.notify_all();
 }
 
-bool LiveSource::hand_over(Frame frame, std::int64_t garbled) {
+bool LiveSource::hand_over(Frame frame, const FrameSource& source) {
   const auto now = Clock::now();
   if (!std::exchange(begun_, true)) began_ = now;
   frame.when.time = seconds(now - began_);
   frame.when.wall_clock = std::chrono::system_clock::now();
   std::unique_lock lock(mutex_);
   ++counts_.received;
-  counts_.garbled = garbled_before_ + garbled;
+  counts_.garbled = garbled_before_ + source.garbled();
+  picture_ = source.picture();
   if (options_.newest_only) {
     if (!frames_.empty()) ++counts_.dropped;
     frames_.clear();

@@ -66,6 +66,7 @@ class LiveStream : public FrameSource {
     frame.problem.clear();
     tell_time(frame.when);
     frame.image = {};
+    size_ = {picture_->width, picture_->height};
     if (decode) convert(frame.image);
     return true;
   }
@@ -76,6 +77,7 @@ class LiveStream : public FrameSource {
     const double rate = av_q2d(stream().avg_frame_rate);
     return rate >= kLowestFrameRate && rate <= kHighestFrameRate ? rate : 0;
   }
+  PictureSize picture() const override { return size_; }
   bool endless() const override {
     if (piped_) return false;
     return stream().nb_frames == 0 && format_->duration == AV_NOPTS_VALUE;
@@ -144,6 +146,7 @@ class LiveStream : public FrameSource {
     if (result = avcodec_open2(decoder_, codec, nullptr); result < 0) {
       fail("cannot be decoded", result);
     }
+    size_ = {decoder_->width, decoder_->height};
   }
 
   void close() {
@@ -227,6 +230,7 @@ class LiveStream : public FrameSource {
   AVFrame* picture_ = nullptr;
   SwsContext* scaler_ = nullptr;
   int video_ = -1;
+  PictureSize size_;
   int number_ = 0;
   bool drained_ = false;
   std::optional<double> begin_;  // the stream's time of the first frame

@@ -82,6 +82,13 @@ class Video : public FrameSource {
     const double rate = capture_->get(cv::CAP_PROP_FPS);
     return rate >= kLowestFrameRate && rate <= kHighestFrameRate ? rate : 0;
   }
+  PictureSize picture() const override {
+    if (kind_ == Kind::file) return {};
+    const auto pixels = [this](int property) { return static_cast<int>(capture_->get(property)); };
+    const int width = pixels(cv::CAP_PROP_FRAME_WIDTH), height = pixels(cv::CAP_PROP_FRAME_HEIGHT);
+    if (orientation_.quarter_turns % 2 != 0) return {height, width};
+    return {width, height};
+  }
   bool endless() const override {
     return kind_ == Kind::camera || (kind_ == Kind::stream && frame_count() == 0);
   }

@@ -76,15 +76,17 @@ void ZoneWriter::commit() {
   write_summaries();
 }
 
-void ZoneWriter::follow(std::filesystem::path file, std::function<zones::ZonePlan()> read) {
+void ZoneWriter::follow(std::filesystem::path file, std::function<PictureSize()> size,
+                        std::function<zones::ZonePlan()> read) {
   plan_file_ = std::move(file);
+  size_ = std::move(size);
   read_plan_ = std::move(read);
   plan_stamp_ = stamp();
 }
 
 ZoneWriter::Stamp ZoneWriter::stamp() const {
   std::error_code failed;
-  Stamp stamp{std::filesystem::last_write_time(plan_file_, failed), 0};
+  Stamp stamp{std::filesystem::last_write_time(plan_file_, failed), 0, size_()};
   if (!failed) stamp.bytes = std::filesystem::file_size(plan_file_, failed);
   return failed ? plan_stamp_ : stamp;  // it may just be replaced
 }
@@ -103,6 +105,9 @@ void ZoneWriter::look_at_plan() {
     if (std::error_code failed; !files_.counts.empty()) {
       std::filesystem::rename(files_.counts, rotated_name(files_.counts), failed);
     }
+    const bool resized =
+        anew.plan().width != counter_.plan().width || anew.plan().height != counter_.plan().height;
+    if (resized) heat_map_ = zones::HeatMap(anew.plan().width, anew.plan().height);
     counter_ = std::move(anew);
     flowing_->tell(plan_file_.string() + ": is read again; counts begin anew");
   } catch (const std::exception& error) {

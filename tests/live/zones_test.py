@@ -44,6 +44,13 @@ class Zones(Served):
                                        "emit"})
         self.assertGreater(float(stages["assign"]), 0)
 
+    def test_a_plan_is_for_the_picture_in_which_it_was_drawn(self):
+        # In pixels of the camera the area would lie outside of its picture.
+        self.plan(json.dumps({"picture": [1280, 720], "areas": [
+            {"name": "right", "corners": [[641, 1], [1280, 1], [1280, 720], [641, 720]]}]}))
+        self.until(lambda: self.names() == ["right"])
+        self.until(lambda: self.one()["zones"][0]["stays"] > 0)
+
     def test_a_plan_that_changes_is_read_again_and_a_bad_one_refused(self):
         self.until(lambda: self.one().get("event_count", 0) > 0)
         self.plan('{"lines": []')

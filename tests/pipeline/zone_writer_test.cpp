@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <thread>
 
 #include "cli/run_command.h"
 
@@ -56,6 +57,23 @@ TEST_F(ZoneWriters, OfAFileCountFromItsFirstFrame) {
   writer.commit();
   EXPECT_THAT(tests::read_file(folder_ / "events.jsonl"), testing::Not(HasSubstr("utc")));
   EXPECT_THAT(tests::read_file(folder_ / "counts.csv"), HasSubstr("door,line,0,"));
+}
+
+TEST_F(ZoneWriters, OfACameraFollowTheSizeOfItsPictures) {
+  std::vector<std::string> told;
+  ZoneWriter writer(plan().in_picture(100, 100), files_,
+                    Flowing{{}, [&](const std::string& text) { told.push_back(text); }});
+  PictureSize size{100, 100};
+  writer.follow(
+      folder_ / "plan.json", [&] { return size; },
+      [&] { return plan().in_picture(size.width, size.height); });
+  writer.write(walker(1), {.time = 0});
+  EXPECT_TRUE(told.empty());
+  size = {200, 200};
+  std::this_thread::sleep_for(std::chrono::milliseconds(1050));  // it looks once a second
+  writer.write(walker(2), {.time = 0.25});
+  EXPECT_THAT(told, testing::ElementsAre(HasSubstr("is read again")));
+  EXPECT_EQ(writer.counter().plan().lines[0].from.x, 99);
 }
 
 TEST_F(ZoneWriters, NeedTimes) {

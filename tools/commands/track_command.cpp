@@ -59,7 +59,8 @@ zones::ZonePlan TrackCommand::zone_plan(const pipeline::FrameSource& frames) con
         ": how many frames a second it has is not known, and --zones counts in seconds; "
         "expected a video, or a sequence whose seqinfo.ini has a frameRate");
   }
-  const auto picture = pipeline::picture_size(input);
+  auto picture = frames.picture();
+  if (picture.width == 0) picture = pipeline::picture_size(input);
   if (picture.width > 0) return plan.in_picture(picture.width, picture.height);
   if (plan.width > 0) return plan;
   throw std::invalid_argument(zones + ": the size of the input's picture is not known; expected " +

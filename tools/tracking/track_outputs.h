@@ -54,7 +54,9 @@ class Outputs {
         });
       }
       if (flowing) {
-        writer->follow(command.zones, [&command, &frames] { return command.zone_plan(frames); });
+        writer->follow(
+            command.zones, [&frames] { return frames.picture(); },
+            [&command, &frames] { return command.zone_plan(frames); });
       }
       zones_ = writer.get();
       writers_.push_back(std::move(writer));

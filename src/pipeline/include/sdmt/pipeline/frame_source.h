@@ -43,6 +43,13 @@ struct LiveCounts {
   double longest_lag = 0;
 };
 
+/// Pixels.
+struct PictureSize {
+  int width = 0;
+  int height = 0;
+  bool operator==(const PictureSize&) const = default;
+};
+
 /// What every input offers: its frames, one after the other.
 class FrameSource {
  public:
@@ -55,6 +62,9 @@ class FrameSource {
   virtual int frame_count() const = 0;
   /// Frames per second, 0.1 to 5000; 0 when not known.
   virtual double frame_rate() const = 0;
+  /// Size of the images of a camera or stream, as it is now; 0 and 0 for others, and where it is
+  /// not known.
+  virtual PictureSize picture() const { return {}; }
   /// Whether frames come with images at all; false for a MOT sequence without its img1.
   virtual bool has_images() const { return true; }
   /// Whether it has no end of its own, as a camera or a stream without a length: when frames stop
@@ -87,13 +97,8 @@ std::unique_ptr<FrameSource> open_frame_source(const std::string& input);
 /// Whether `input` names a camera or a URL.
 bool is_live(const std::string& input);
 
-/// Width and height of an input's images, pixels: what seqinfo.ini states, else those of the first
-/// image that can be read; 0 and 0 where there is none, or the input cannot be opened a second
-/// time.
-struct PictureSize {
-  int width = 0;
-  int height = 0;
-};
+/// Size of an input's images: what seqinfo.ini states, else that of the first image that can be
+/// read; 0 and 0 where there is none, or the input cannot be opened a second time.
 PictureSize picture_size(const std::string& input);
 
 /// An input as messages name it: the user, password and query of a URL are replaced by "***".

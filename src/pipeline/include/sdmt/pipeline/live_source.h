@@ -60,6 +60,7 @@ class LiveSource : public FrameSource {
   bool next(Frame& frame, bool decode) override;
   int frame_count() const override { return 0; }
   double frame_rate() const override { return frame_rate_; }
+  PictureSize picture() const override;
   bool endless() const override { return true; }
   bool repeatable() const override { return false; }
   std::optional<LiveCounts> live() const override;
@@ -68,7 +69,7 @@ class LiveSource : public FrameSource {
   using Clock = std::chrono::steady_clock;
 
   void read(std::unique_ptr<FrameSource> source, bool decode);
-  bool hand_over(Frame frame, std::int64_t garbled);
+  bool hand_over(Frame frame, const FrameSource& source);
   std::unique_ptr<FrameSource> reopen();
   void say(std::string text);
   void tell_news();
@@ -85,6 +86,7 @@ class LiveSource : public FrameSource {
   std::deque<Frame> frames_;
   std::vector<std::string> news_;
   LiveCounts counts_;
+  PictureSize picture_;
   bool ended_ = false;
 
   // Of the reader.

@@ -44,17 +44,20 @@ class ZoneWriter : public TrackWriter {
   void write(const track::FinishedFrame& frame, const FrameTime& time) override;
   void commit() override;
 
-  /// Looks once a second whether `file` has changed, and counts by what `read` makes of it from
-  /// then on: stays end, what was counted so far is put aside as rotated_name() says, and counts
-  /// begin anew. Where `read` throws, that is told, and the old plan stays. Flowing only.
-  void follow(std::filesystem::path file, std::function<zones::ZonePlan()> read);
+  /// Looks once a second whether `file` or the `size` of the pictures has changed, and counts by
+  /// what `read` makes of them from then on: stays end, what was counted so far is put aside as
+  /// rotated_name() says, and counts begin anew. Where `read` throws, that is told, and the old
+  /// plan stays. Flowing only.
+  void follow(std::filesystem::path file, std::function<PictureSize()> size,
+              std::function<zones::ZonePlan()> read);
 
   const zones::ZoneCounter& counter() const { return counter_; }
 
  private:
-  struct Stamp {  // what changes with a file
+  struct Stamp {  // what changes with the file or the pictures
     std::filesystem::file_time_type time;
     std::uintmax_t bytes = 0;
+    PictureSize size;
     bool operator==(const Stamp&) const = default;
   };
 
@@ -64,6 +67,7 @@ class ZoneWriter : public TrackWriter {
   void write_summaries();
 
   std::filesystem::path plan_file_;  // that is followed
+  std::function<PictureSize()> size_;
   std::function<zones::ZonePlan()> read_plan_;
   Stamp plan_stamp_;
   std::chrono::steady_clock::time_point looked_;
