@@ -25,7 +25,8 @@ case "${1:-build}" in
   test) packages+=(libgtest-dev libgmock-dev python3 "${python[@]}" libopenmpi-dev openmpi-bin mosquitto mosquitto-clients openssl) ;;
   develop)
     packages+=(libgtest-dev libgmock-dev python3 "${python[@]}" libopenmpi-dev openmpi-bin mosquitto mosquitto-clients openssl libbenchmark-dev clang clang-format clang-tidy libomp-dev
-      gcovr valgrind git chromium qemu-user g++-aarch64-linux-gnu) ;;
+      gcovr valgrind git chromium qemu-user g++-aarch64-linux-gnu
+      gir1.2-gst-rtsp-server-1.0 python3-gi gstreamer1.0-plugins-{base,good,bad,ugly}) ;;
   *) echo "usage: $0 [build|test|develop]" >&2; exit 2 ;;
 esac
 

@@ -10,10 +10,12 @@
 # faults    file calls and allocations of all commands fail once; hostile files; kill -9; full disks
 # docs      every code block of the pages that python.docs does not run
 # mpi       trainings of 8 and 16 processes, 30 kills, helgrind over two
-# soak      200,000 frames without growth of memory or time
+# soak      200,000 frames without growth of memory or time; a million of a camera with zones, broker and page;
+#           sixteen cameras for ten minutes
+# live      cameras that are lost 50 times in a row, 30 kills, a full disk for a minute, how late a slow network is
 # practice  an embedder trained on made-up people alone tells strangers apart
 # people    with the network PETS09-S2L1 has fewer ID switches and a higher IDF1 than by motion alone
-# browser   the HTML reports in headless Chromium, screenshots in build/screenshots
+# browser   the HTML reports and the page of --serve in headless Chromium, screenshots in build/screenshots
 # arm       nn and track for 64-bit ARM, their tests under qemu
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -84,6 +86,7 @@ browser() {
       test -s $work/$page-$width.png
     done
   done
+  python3 -B tests/live/page.py --sdmt build/sdmt --folder $work
 }
 
 mpi() {
@@ -95,8 +98,22 @@ mpi() {
 
 soak() {
   cmake --preset release
-  cmake --build build --parallel "$jobs" --target test_track
+  cmake --build build --parallel "$jobs" --target test_track sdmt
   SDMT_SOAK_FRAMES=200000 build/test_track --gtest_filter='Soak*'
+  python3 -B tests/live/soak.py --sdmt build/sdmt
+  python3 -B tests/live/many_cameras.py --sdmt build/sdmt
+}
+
+live() {
+  local sequence=../shared/data/mot15/PETS09-S2L1 model=models/sdmt-vgg16.safetensors
+  cmake --preset release
+  cmake --build build --parallel "$jobs" --target sdmt
+  export SDMT_BINARY=build/sdmt SDMT_SCHEMAS=docs SDMT_LOSSES=50 SDMT_KILLS=30
+  for file in rtsp stream outputs; do python3 -B tests/live/${file}_test.py; done
+  unshare --mount --map-root-user python3 -B tests/live/full_disk.py --sdmt build/sdmt
+  [ -d $sequence/img1 ] || { echo "skipped: $sequence is not here"; return; }
+  python3 -B tests/live/lag.py --sdmt build/sdmt --sequence $sequence --model $model
+  python3 -B bench/cameras.py --sdmt build/sdmt --sequence $sequence --model $model --rounds 1
 }
 
 practice() {
@@ -150,9 +167,9 @@ arm() {
 }
 
 parts=("$@")
-[ ${#parts[@]} -gt 0 ] || parts=(sanitize threads fuzz faults docs mpi soak practice people browser arm)
+[ ${#parts[@]} -gt 0 ] || parts=(sanitize threads fuzz faults docs mpi soak live practice people browser arm)
 for part in "${parts[@]}"; do
-  declare -F "$part" >/dev/null || { sed -n '3,18s/^# \{0,1\}//p' "$0" >&2; exit 2; }
+  declare -F "$part" >/dev/null || { sed -n '3,19s/^# \{0,1\}//p' "$0" >&2; exit 2; }
 done
 scripts/install-dependencies.sh develop
 for part in "${parts[@]}"; do
