@@ -103,6 +103,13 @@ class Rtsp(unittest.TestCase):
         self.assertEqual(len(before), 3)
         self.assertEqual(after, before)
 
+    def test_a_signal_ends_at_once_what_waits_for_a_silent_camera(self):
+        process = self.start(self.camera.url)
+        self.frames(10)
+        self.camera.stall()
+        time.sleep(1)
+        self.finish(process)
+
     def test_many_losses_leave_nothing_behind(self):
         process = self.start(self.camera.url)
         held = []
