@@ -8,6 +8,7 @@ import base64
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -107,10 +108,14 @@ def main():
                             "--walkers", "6", "--width", "480", "--height", "270"], check=True,
                            capture_output=True)
         pictures = [file.read_bytes() for file in sorted((sequence / "img1").iterdir())]
+        width, height = (int(re.search(rf"im{side}=(\d+)", (sequence / "seqinfo.ini").read_text())[1])
+                         for side in ("Width", "Height"))
+        middle = width // 2
         (path / "zones.json").write_text(json.dumps({
-            "picture": [480, 270],
-            "lines": [{"name": "middle", "from": [240, 1], "to": [240, 270]}],
-            "areas": [{"name": "left", "corners": [[1, 1], [240, 1], [240, 270], [1, 270]]}]}))
+            "picture": [width, height],
+            "lines": [{"name": "middle", "from": [middle, 1], "to": [middle, height]}],
+            "areas": [{"name": "left",
+                       "corners": [[1, 1], [middle, 1], [middle, height], [1, height]]}]}))
         cameras = [Camera([pictures], [[("frames", 100000, 10)]]) for _ in range(2)]
         process = subprocess.Popen(
             [arguments.sdmt, "track", *[camera.url for camera in cameras], "--no-appearance",
