@@ -89,6 +89,16 @@ TEST_F(Config, NoJsonNoObjectNoFile) {
   EXPECT_THAT(result.err, HasSubstr("none.json"));
 }
 
+TEST_F(Config, KeysThatComeTwiceAndDeepNestingAreRefused) {
+  auto result = make_scene({"--config", config("a.json", R"({"frames": 3, "frames": 4})")});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("a.json: has key frames twice"));
+  const std::string open(60'000, '['), close(60'000, ']');
+  result = make_scene({"--config", config("a.json", R"({"frames": )" + open + close + "}")});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("a.json: is nested more than 16 levels deep"));
+}
+
 TEST_F(Config, AShippedFileIsFoundByItsName) {
   std::filesystem::create_directories(folder_ / "share/configs");
   config("share/configs/short.json", R"({"frames": 1})");

@@ -202,6 +202,23 @@ TEST_F(Terminal, StacksThatAreTooSmallArePassedOver) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
 }
 
+TEST_F(Terminal, ThreadsThatWaitDoNotTakeTheTimeOfOthers) {
+  // GCC's run-time tells what it was started with.
+  const auto spin_count = [](std::vector<std::string> environment) {
+    std::vector<std::string> words{"/usr/bin/env", "-u", "OMP_WAIT_POLICY",
+                                   "OMP_DISPLAY_ENV=verbose"};
+    words.insert(words.end(), environment.begin(), environment.end());
+    for (const auto& word : sdmt_words({"--version"})) words.push_back(word);
+    return run_command(words).err;
+  };
+  if (spin_count({}).find("GOMP_SPINCOUNT") == std::string::npos) {
+    GTEST_SKIP() << "another OpenMP";
+  }
+  EXPECT_THAT(spin_count({}), HasSubstr("GOMP_SPINCOUNT = '2000'"));
+  EXPECT_THAT(spin_count({"GOMP_SPINCOUNT=77"}), HasSubstr("GOMP_SPINCOUNT = '77'"));
+  EXPECT_THAT(spin_count({"OMP_WAIT_POLICY=active"}), HasSubstr("GOMP_SPINCOUNT = '3"));
+}
+
 TEST_F(Terminal, ThreadsThatTheSystemRefusesAreDoneWithout) {
   // Limits of processes do not hold for root.
   const std::string limited = "ulimit -u 1; exec \"$0\" \"$@\"";
