@@ -6,15 +6,19 @@
   shared_training.py ranks                     2 processes of 1 thread, 1 of 2
   shared_training.py bytes                     sent, and the trained values by layer
   shared_training.py network                   networks of less speed between 2 processes
+  shared_training.py delays                    networks of longer ways between 2 processes
 
-Runs are interleaved, the best of --rounds counts. `network` needs root: it makes two name spaces of
-its own, joined by a cable of a rate that tc sets, and starts Open MPI's processes in them.
+Runs are interleaved, the best of --rounds counts. `network` and `delays` need root: they make two
+name spaces of their own, joined by a cable, and start Open MPI's processes in them. The cable has a
+rate that tc sets, or is delayed_cable.py (needs ethtool).
 """
 import argparse
+import contextlib
 import json
 import math
 import pathlib
 import subprocess
+import sys
 import tempfile
 
 # What each configuration trains; `frozen` the tied head on cached features, `full` the paper's
@@ -105,51 +109,83 @@ exec ip netns exec sdmt-bench-1 sh -c "$*"
 """
 
 
-def network(bench):
+def run(*words):
+    subprocess.run([str(word) for word in words], check=True, stdout=subprocess.DEVNULL)
+
+
+@contextlib.contextmanager
+def two_machines(bench, delay=None):
+    """Two name spaces with an address each and a cable between them, which takes `delay`
+    milliseconds; yields the words that start two processes, one in each."""
     spaces = ["sdmt-bench-0", "sdmt-bench-1"]
-
-    def ip(*words):
-        subprocess.run(["ip", *words], check=True)
-
+    middle = "sdmt-bench-cable"
     agent = bench.work / "agent"
     agent.write_text(AGENT)
     agent.chmod(0o755)
-    made = []
+    made, cable = [], None
     try:
-        for space in spaces:
-            ip("netns", "add", space)
+        for space in [*spaces, middle]:
+            run("ip", "netns", "add", space)
             made.append(space)
-        ip("link", "add", "cable0", "netns", spaces[0], "type", "veth", "peer", "name", "cable1",
-           "netns", spaces[1])
-        for i, space in enumerate(spaces):
-            ip("-n", space, "addr", "add", f"10.199.77.{i + 1}/24", "dev", f"cable{i}")
-            ip("-n", space, "link", "set", f"cable{i}", "up")
-            ip("-n", space, "link", "set", "lo", "up")
-        inside = ["ip", "netns", "exec", spaces[0]]
-        launcher = [*inside, *bench.mpirun(2, "--host", "10.199.77.1:1,10.199.77.2:1", "--mca",
-                                           "plm_rsh_agent", agent, "--mca", "btl", "tcp,self",
-                                           "--mca", "btl_tcp_if_include", "10.199.77.0/24", "--mca",
-                                           "oob_tcp_if_include", "10.199.77.0/24")]
-        for rate in ("10gbit", "1gbit", "100mbit"):
+        if delay is None:
+            run("ip", "link", "add", "cable0", "netns", spaces[0], "type", "veth", "peer", "name",
+                "cable1", "netns", spaces[1])
+        else:
             for i, space in enumerate(spaces):
-                subprocess.run(["ip", "netns", "exec", space, "tc", "qdisc", "replace", "dev",
-                                f"cable{i}", "root", "tbf", "rate", rate, "burst", "1mb", "latency",
-                                "50ms"], check=True)
+                run("ip", "link", "add", f"cable{i}", "netns", space, "mtu", "9000", "type", "veth",
+                    "peer", "name", f"end{i}", "netns", middle)
+                run("ip", "-n", middle, "link", "set", f"end{i}", "mtu", "9000", "up")
+                run("ip", "netns", "exec", space, "ethtool", "-K", f"cable{i}", "tx",
+                    "off", "tso", "off", "gso", "off")
+            cable = subprocess.Popen(
+                ["ip", "netns", "exec", middle, sys.executable,
+                 pathlib.Path(__file__).with_name("delayed_cable.py"), "end0", "end1", str(delay)])
+        for i, space in enumerate(spaces):
+            run("ip", "-n", space, "addr", "add", f"10.199.77.{i + 1}/24", "dev", f"cable{i}")
+            run("ip", "-n", space, "link", "set", f"cable{i}", "up")
+            run("ip", "-n", space, "link", "set", "lo", "up")
+        yield ["ip", "netns", "exec", spaces[0],
+               *bench.mpirun(2, "--host", "10.199.77.1:1,10.199.77.2:1", "--mca",
+                             "plm_rsh_agent", agent, "--mca", "btl", "tcp,self", "--mca",
+                             "btl_tcp_if_include", "10.199.77.0/24", "--mca", "oob_tcp_if_include",
+                             "10.199.77.0/24")]
+    finally:
+        if cable is not None:
+            cable.kill()
+            cable.wait()
+        for space in made:
+            run("ip", "netns", "del", space)
+
+
+def network(bench):
+    with two_machines(bench) as launcher:
+        for rate in ("10gbit", "1gbit", "100mbit"):
+            for i in range(2):
+                run("ip", "netns", "exec", f"sdmt-bench-{i}", "tc", "qdisc", "replace", "dev",
+                    f"cable{i}", "root", "tbf", "rate", rate, "burst", "1mb", "latency", "50ms")
             for name in bench.arguments.configurations:
                 one, two = bench.best(
                     [lambda: bench.step(bench.arguments.sdmt, name),
                      lambda: bench.step(bench.arguments.sdmt, name, launcher)])
                 print(f"{name}, {rate}: {one * 1e3:.1f} ms alone, {two * 1e3:.1f} ms "
                       f"shared by two", flush=True)
-    finally:
-        for space in made:
-            ip("netns", "del", space)
+
+
+def delays(bench):
+    for name in bench.arguments.configurations:
+        undelayed = None
+        for delay in (0, 10, 50):
+            with two_machines(bench, delay) as launcher:
+                seconds, = bench.best([lambda: bench.step(bench.arguments.sdmt, name, launcher)])
+            undelayed = undelayed or seconds
+            times = "" if delay == 0 else f", {(seconds - undelayed) * 1e3 / delay:.1f} delays more"
+            print(f"{name}, {delay} ms: {seconds * 1e3:.1f} ms shared by two{times}", flush=True)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("part", choices=["before", "ranks", "bytes", "network"])
+    parser.add_argument("part", choices=["before", "ranks", "bytes", "network", "delays"])
     parser.add_argument("--sdmt", type=pathlib.Path, default=pathlib.Path("build/sdmt"))
     parser.add_argument("--other", type=pathlib.Path)
     parser.add_argument("--mpirun", default="mpirun")
@@ -161,7 +197,9 @@ def main():
     arguments.sdmt = arguments.sdmt.resolve()
     with tempfile.TemporaryDirectory(prefix="sdmt-bench-") as folder:
         bench = Bench(arguments, pathlib.Path(folder))
-        {"before": before, "ranks": ranks, "bytes": sent, "network": network}[arguments.part](bench)
+        parts = {"before": before, "ranks": ranks, "bytes": sent, "network": network,
+                 "delays": delays}
+        parts[arguments.part](bench)
 
 
 if __name__ == "__main__":
