@@ -4,19 +4,14 @@ import json
 import pathlib
 import shutil
 import signal
-import socket
 import subprocess
 import threading
 import time
 
+from ports import free_port, wait_for_port
+
 MOSQUITTO = shutil.which("mosquitto", path="/usr/sbin:/usr/bin:/usr/local/sbin:/usr/local/bin")
 SUBSCRIBE, PUBLISH = shutil.which("mosquitto_sub"), shutil.which("mosquitto_pub")
-
-
-def free_port():
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
 
 
 class Broker:
@@ -36,13 +31,7 @@ class Broker:
         with (self.folder / "log").open("a") as log:
             self.process = subprocess.Popen([MOSQUITTO, "-c", self.folder / "mosquitto.conf"],
                                             stdout=subprocess.DEVNULL, stderr=log)
-        end = time.monotonic() + 30
-        while True:
-            try:
-                return socket.create_connection(("127.0.0.1", self.port), timeout=1).close()
-            except OSError:
-                assert time.monotonic() < end and self.process.poll() is None
-                time.sleep(0.05)
+        wait_for_port(self.port, self.process)
 
     def stop(self, how=signal.SIGKILL):
         if self.process is not None:

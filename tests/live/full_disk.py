@@ -15,6 +15,7 @@ import time
 import urllib.request
 
 from camera_server import Camera
+from made_scene import make_scene
 
 RATE = 20  # frames a second
 
@@ -47,14 +48,8 @@ def main():
         disk = path / "disk"
         disk.mkdir()
         subprocess.run(["mount", "-t", "tmpfs", "-o", "size=96m", "tmpfs", disk], check=True)
-        subprocess.run([arguments.sdmt, "synth", "scene", "--output", path / "scene", "--frames",
-                        "50", "--walkers", "4", "--width", "320", "--height", "180"], check=True,
-                       capture_output=True)
-        pictures = [file.read_bytes() for file in sorted((path / "scene/img1").iterdir())]
-        rows = [row.split(",", 1) for row in (path / "scene/det/det.txt").read_text().split()]
-        (path / "det.txt").write_text("".join(
-            f"{int(frame) + 50 * turn},{rest}\n"
-            for turn in range((arguments.seconds + 60) * RATE // 50) for frame, rest in rows))
+        pictures = make_scene(arguments.sdmt, path, frames=50, walkers=4, size=(320, 180),
+                              shown=(arguments.seconds + 60) * RATE // 50)
         camera = Camera([pictures], [[("frames", 10 ** 9, RATE)]])
         process = subprocess.Popen(
             [arguments.sdmt, "track", camera.url, "--no-appearance", "--detections",

@@ -13,6 +13,7 @@ import time
 import urllib.request
 
 from camera_server import Camera
+from made_scene import make_scene
 from soak import SLACK, held
 
 RATE = 10  # frames a second
@@ -26,14 +27,8 @@ def main():
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         path = pathlib.Path(name)
-        subprocess.run([arguments.sdmt, "synth", "scene", "--output", path / "scene", "--frames",
-                        "100", "--walkers", "3", "--width", "160", "--height", "120"], check=True,
-                       capture_output=True)
-        pictures = [file.read_bytes() for file in sorted((path / "scene/img1").iterdir())]
-        rows = [row.split(",", 1) for row in (path / "scene/det/det.txt").read_text().split()]
-        (path / "det.txt").write_text("".join(
-            f"{int(frame) + 100 * turn},{rest}\n"
-            for turn in range(arguments.seconds * RATE // 100 + 1) for frame, rest in rows))
+        pictures = make_scene(arguments.sdmt, path, frames=100, walkers=3, size=(160, 120),
+                              shown=arguments.seconds * RATE // 100 + 1)
         cameras = [Camera([pictures], [[("frames", 10 ** 9, RATE)]])
                    for _ in range(arguments.cameras)]
         process = subprocess.Popen(

@@ -10,7 +10,8 @@ import subprocess
 import time
 import unittest
 
-from broker import MOSQUITTO, SUBSCRIBE, Broker, Subscriber, free_port, once
+from broker import MOSQUITTO, SUBSCRIBE, Broker, Subscriber, once
+from ports import free_port
 from scene_camera import SDMT, SceneCamera
 from schema import fits
 

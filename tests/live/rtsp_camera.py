@@ -9,7 +9,8 @@ import socket
 import subprocess
 import sys
 import threading
-import time
+
+from ports import wait_for_port
 
 PYTHON = "/usr/bin/python3"
 
@@ -33,13 +34,7 @@ class RtspCamera:
         self.process = subprocess.Popen(
             [PYTHON, __file__, str(self.port), str(self.folder), str(self.rate)],
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        end = time.monotonic() + 30
-        while True:
-            try:
-                return socket.create_connection(("127.0.0.1", self.port), timeout=1).close()
-            except OSError:
-                assert time.monotonic() < end and self.process.poll() is None
-                time.sleep(0.02)
+        wait_for_port(self.port, self.process)
 
     def stall(self):
         self.process.send_signal(signal.SIGSTOP)

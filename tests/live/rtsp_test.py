@@ -13,7 +13,7 @@ import tempfile
 import time
 import unittest
 
-from broker import free_port
+from ports import free_port
 from rtsp_camera import BadWire, RtspCamera, missing
 
 SDMT = os.environ["SDMT_BINARY"]

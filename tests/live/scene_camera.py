@@ -2,11 +2,11 @@
 """A camera that shows a made scene again and again, and the boxes of the people in it."""
 import os
 import pathlib
-import subprocess
 import tempfile
 import unittest
 
 from camera_server import Camera
+from made_scene import make_scene
 
 SDMT = os.environ["SDMT_BINARY"]
 
@@ -20,14 +20,6 @@ class SceneCamera(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.path = pathlib.Path(folder.name)
-        scene = self.path / "scene"
-        width, height = map(str, self.size)
-        subprocess.run([SDMT, "synth", "scene", "--output", scene, "--frames", "50", "--walkers",
-                        "4", "--width", width, "--height", height], check=True, capture_output=True)
-        pictures = [file.read_bytes() for file in sorted((scene / "img1").iterdir())]
+        pictures = make_scene(SDMT, self.path, frames=50, walkers=4, size=self.size, shown=40)
         self.camera = Camera([pictures], [[("frames", 100000, self.rate)]])
         self.addCleanup(self.camera.close)
-        rows = (scene / "det/det.txt").read_text().split("\n")
-        boxes = [row.split(",", 1) for row in rows if row]
-        (self.path / "det.txt").write_text("".join(
-            f"{int(frame) + 50 * turn},{rest}\n" for turn in range(40) for frame, rest in boxes))

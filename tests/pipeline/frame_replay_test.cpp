@@ -5,7 +5,8 @@
 
 #include <algorithm>
 
-#include "../cli/run_command.h"
+#include "cli/run_command.h"
+#include "pipeline/unread_camera.h"
 #include "sdmt/media/image_file.h"
 
 namespace sdmt::pipeline {
@@ -17,15 +18,6 @@ image::Image grey(std::uint8_t value) {
   return image;
 }
 
-// Stands for a camera, whose frames come once.
-class Camera : public FrameSource {
- public:
-  bool next(Frame&, bool) override { return false; }
-  int frame_count() const override { return 0; }
-  double frame_rate() const override { return 0; }
-  bool repeatable() const override { return false; }
-};
-
 void add(FrameReplay& replay, int number, std::uint8_t value, bool keep) {
   Frame frame;
   frame.number = number;
@@ -34,7 +26,7 @@ void add(FrameReplay& replay, int number, std::uint8_t value, bool keep) {
 }
 
 TEST(FrameReplay, KeepsOfACameraTheImagesThatAreWanted) {
-  FrameReplay replay("camera:0", Camera());
+  FrameReplay replay("camera:0", UnreadCamera());
   add(replay, 1, 40, true);
   add(replay, 2, 80, false);
   add(replay, 3, 120, true);

@@ -16,6 +16,7 @@
 #include <stdexcept>
 
 #include "cli/run_command.h"
+#include "pipeline/unread_camera.h"
 #include "sdmt/pipeline/frame_source.h"
 #include "sdmt/pipeline/track_writers.h"
 #include "sdmt/pipeline/video_output_file.h"
@@ -148,19 +149,10 @@ TEST(Video, EveryRateAndContainerIsReadBackInFull) {
   EXPECT_EQ(folder.listing().size(), 4u);
 }
 
-// A camera without a frame rate.
-class Camera : public FrameSource {
- public:
-  bool next(Frame&, bool) override { return false; }
-  int frame_count() const override { return 0; }
-  double frame_rate() const override { return 0; }
-  bool repeatable() const override { return false; }
-};
-
 TEST(Video, IrregularFramesAreShownAsLongAsTheyLasted) {
   const TemporaryFolder folder;
   UnreadableFrames unreadable;
-  const auto video = make_video_writer(folder / "v.avi", "camera:0", Camera(), unreadable);
+  const auto video = make_video_writer(folder / "v.avi", "camera:0", UnreadCamera(), unreadable);
   int number = 0;
   // The third falls into the picture of the second; a minute without frames is not shown.
   for (const double time : {0.0, 0.4, 0.41, 1.0, 61.0}) {
