@@ -104,6 +104,18 @@ TEST_F(Tune, EmbedsOnceAndWritesAPresetThatTrackTakes) {
             0);
 }
 
+// Whole numbers, numbers without an end and words.
+TEST_F(Tune, EveryPresetGoesThroughItsFile) {
+  ASSERT_EQ(tune("a", {"--config", "track-paper"}, "1").exit_code, 0);
+  const auto preset = json::parse(read_file(folder_ / "a.config"));
+  EXPECT_EQ(preset.at("max-misses").dump(), "2");
+  EXPECT_EQ(preset.at("strong-confidence"), "-inf");
+  EXPECT_EQ(preset.at("motion-association"), false);
+  const auto result = run_sdmt({"track", folder_ / "s1", "--no-appearance", "--config",
+                                folder_ / "a.config", "--output", folder_ / "t.txt"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
 TEST_F(Tune, SaysWhatCannotBe) {
   EXPECT_THAT(tune("a", {"--option", "speed=1"}).err, HasSubstr("no option 'speed'"));
   EXPECT_THAT(tune("a", {"--option", "nms"}).err, HasSubstr("NAME=VALUE"));

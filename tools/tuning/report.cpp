@@ -5,7 +5,6 @@
 #include <numeric>
 
 #include "cli/text_table.h"
-#include "sdmt/io/checked_value.h"
 #include "sdmt/track/tracker_option_table.h"
 #include "tuning/tuning.h"
 
@@ -166,13 +165,9 @@ ordered_json tuned_preset(const TuningPlan& plan, const eval::RunGrid& grid) {
   for (const auto& option : track::tracker_option_table()) {
     const std::string value = option.get(chosen);
     if (value == option.get(track::TrackerOptions::tuned())) continue;
-    if (option.is_switch) {
-      preset[option.name] = value == "true";
-    } else if (const auto number = io::parse_number<double>(value)) {
-      preset[option.name] = *number;
-    } else {
-      preset[option.name] = value;
-    }
+    // Numbers and switches are what JSON takes their texts for; words, "-inf" among them, are texts.
+    const auto parsed = ordered_json::parse(value, nullptr, false);
+    preset[option.name] = parsed.is_discarded() ? ordered_json(value) : parsed;
   }
   return preset;
 }
