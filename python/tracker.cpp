@@ -12,6 +12,7 @@
 
 #include "arrays.h"
 #include "module.h"
+#include "option_texts.h"
 #include "sdmt/image/camera_motion.h"
 #include "sdmt/io/checked_value.h"
 #include "sdmt/reid/embedder.h"
@@ -23,7 +24,6 @@ namespace sdmt::python {
 
 namespace {
 
-using OptionTexts = std::map<std::string, std::string>;
 using FramePointer = std::shared_ptr<track::FinishedFrame>;
 
 struct PythonModel {
@@ -38,21 +38,6 @@ image::ChannelOrder parse_order(const std::string& order) {
   if (order == "bgr") return image::ChannelOrder::bgr;
   if (order == "rgb") return image::ChannelOrder::rgb;
   io::refuse_value("order", io::quoted(order), "bgr or rgb");
-}
-
-track::TrackerOptions to_options(const OptionTexts& texts) {
-  track::TrackerOptions options;
-  const auto& table = track::tracker_option_table();
-  for (const auto& [name, text] : texts) {
-    const auto entry = std::find_if(table.begin(), table.end(),
-                                    [&](const auto& candidate) { return candidate.name == name; });
-    if (entry == table.end()) {
-      throw std::invalid_argument("the tracker has no option " + io::quoted(name));
-    }
-    entry->set(options, text);
-  }
-  options.validate();
-  return options;
 }
 
 // A 2 x 3 matrix as a motion. A zoom of 0 and the like are the tracker's to refuse.
@@ -113,7 +98,8 @@ class PythonTracker {
       given_ = given.get();
       descriptor_ = std::move(given);
     }
-    tracker_ = std::make_unique<track::Tracker>(to_options(options), descriptor_.get());
+    tracker_ = std::make_unique<track::Tracker>(
+        to_options(options, track::tracker_option_table(), "tracker"), descriptor_.get());
   }
 
   std::vector<FramePointer> update(const py::object& boxes, const py::object& scores,

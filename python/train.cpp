@@ -3,35 +3,20 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <map>
 #include <string>
 
+#include "option_texts.h"
 #include "sdmt/io/checked_value.h"
 #include "sdmt/reid/architectures.h"
 #include "sdmt/train/trainer.h"
 #include "sdmt/train/trainer_option_table.h"
+#include "signals.h"
 
 namespace {
 
 using namespace sdmt;
 namespace py = pybind11;
 using namespace py::literals;
-
-using OptionTexts = std::map<std::string, std::string>;
-
-train::TrainerOptions to_options(const OptionTexts& texts) {
-  train::TrainerOptions options;
-  const auto& table = train::trainer_option_table();
-  for (const auto& [name, text] : texts) {
-    const auto entry = std::find_if(table.begin(), table.end(),
-                                    [&](const auto& candidate) { return candidate.name == name; });
-    if (entry == table.end()) {
-      throw std::invalid_argument("the training has no option " + io::quoted(name));
-    }
-    entry->set(options, text);
-  }
-  return options;
-}
 
 reid::Storage parse_storage(const std::string& name) {
   if (name == "float32") return reid::Storage::float32;
@@ -69,9 +54,9 @@ py::dict run_training(const train::TrainingSetOptions& sets, const std::string& 
                       const std::string& trunk, const std::string& unfreeze, bool freeze_trunk,
                       const std::string& storage_name, const std::string& checkpoint,
                       std::int64_t checkpoint_every, const std::string& resume,
-                      const OptionTexts& texts, const py::object& progress) {
+                      const python::OptionTexts& texts, const py::object& progress) {
   const auto storage = parse_storage(storage_name);
-  train::TrainerOptions options = to_options(texts);
+  auto options = python::to_options(texts, train::trainer_option_table(), "training");
   train::TrainingSetOptions data = sets;
   data.seed = options.seed;
   options.first_trained = unfreeze;
@@ -83,11 +68,7 @@ py::dict run_training(const train::TrainingSetOptions& sets, const std::string& 
   if (freeze_trunk) options.first_trained = model.network.head().name(0);
   train::Trainer trainer(model, train::load_training_set(data), options);
   if (!resume.empty()) trainer.load_checkpoint(resume);
-  const auto look_for_signals = [](std::int64_t, std::int64_t) {
-    const py::gil_scoped_acquire held;
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-  };
-  trainer.prepare(look_for_signals);
+  trainer.prepare([](std::int64_t, std::int64_t) { python::look_for_signals(); });
 
   double loss = 0;
   std::vector<std::pair<std::string, double>> best;
@@ -104,7 +85,7 @@ py::dict run_training(const train::TrainingSetOptions& sets, const std::string& 
       if (!checkpoint.empty() && step.iteration % checkpoint_every == 0) {
         trainer.save_checkpoint(checkpoint);
       }
-      look_for_signals(0, 0);
+      python::look_for_signals();
       const py::gil_scoped_acquire held;
       if (progress.is_none()) continue;
       py::dict report = step_dict(step);
@@ -128,26 +109,26 @@ py::dict run_training(const train::TrainingSetOptions& sets, const std::string& 
 }  // namespace
 
 PYBIND11_MODULE(_train, module) {
-  module.def("train",
-             [](const std::vector<std::string>& folders, const std::vector<std::string>& unlabelled,
-                const std::vector<std::string>& teachers, const std::vector<std::string>& validate,
-                int holdout, const std::string& output, const std::string& model,
-                const std::string& architecture, const std::string& trunk,
-                const std::string& unfreeze, bool freeze_trunk, const std::string& storage,
-                const std::string& checkpoint, std::int64_t checkpoint_every,
-                const std::string& resume, const OptionTexts& options, const py::object& progress) {
-               train::TrainingSetOptions sets;
-               sets.folders.assign(folders.begin(), folders.end());
-               sets.unlabelled_folders.assign(unlabelled.begin(), unlabelled.end());
-               sets.teachers.assign(teachers.begin(), teachers.end());
-               sets.validation_folders.assign(validate.begin(), validate.end());
-               sets.holdout_identities = holdout;
-               return run_training(sets, output, model, architecture, trunk, unfreeze, freeze_trunk,
-                                   storage, checkpoint, checkpoint_every, resume, options,
-                                   progress);
-             });
+  module.def(
+      "train",
+      [](const std::vector<std::string>& folders, const std::vector<std::string>& unlabelled,
+         const std::vector<std::string>& teachers, const std::vector<std::string>& validate,
+         int holdout, const std::string& output, const std::string& model,
+         const std::string& architecture, const std::string& trunk, const std::string& unfreeze,
+         bool freeze_trunk, const std::string& storage, const std::string& checkpoint,
+         std::int64_t checkpoint_every, const std::string& resume,
+         const python::OptionTexts& options, const py::object& progress) {
+        train::TrainingSetOptions sets;
+        sets.folders.assign(folders.begin(), folders.end());
+        sets.unlabelled_folders.assign(unlabelled.begin(), unlabelled.end());
+        sets.teachers.assign(teachers.begin(), teachers.end());
+        sets.validation_folders.assign(validate.begin(), validate.end());
+        sets.holdout_identities = holdout;
+        return run_training(sets, output, model, architecture, trunk, unfreeze, freeze_trunk,
+                            storage, checkpoint, checkpoint_every, resume, options, progress);
+      });
   module.def("options", [] {
-    OptionTexts options;
+    python::OptionTexts options;
     for (const auto& entry : train::trainer_option_table()) options[entry.name] = entry.get({});
     return options;
   });

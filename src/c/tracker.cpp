@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sdmt/track/tracker.h"
 
-#include <algorithm>
 #include <cstring>
 #include <memory>
 #include <optional>
@@ -124,14 +123,8 @@ sdmt_status sdmt_options_set(sdmt_options* options, const char* name, const char
                              sdmt_error* error) {
   return c::guarded(error, [&] {
     c::given(options, "options"), c::given(name, "name"), c::given(value, "value");
-    const auto& table = track::tracker_option_table();
-    const auto entry = std::find_if(table.begin(), table.end(),
-                                    [&](const auto& candidate) { return candidate.name == name; });
-    if (entry == table.end()) {
-      throw std::invalid_argument("the tracker has no option " + io::quoted(name));
-    }
     track::TrackerOptions changed = options->options;
-    entry->set(changed, value);
+    track::tracker_option_table().named(name, "tracker").set(changed, value);
     changed.validate();
     options->options = changed;
   });

@@ -57,8 +57,7 @@ void DetectionFilter::accept(std::span<const mot::Detection> detections,
   scores_.clear();
   for (std::size_t i = 0; i < detections.size(); ++i) {
     check(detections[i], i);
-    double score = options.use_scores ? detections[i].score : 1.0;
-    if (options.use_scores && options.calibration) score = options.calibration->probability(score);
+    const double score = options.probability(detections[i].score);
     if (score < options.min_confidence) continue;
     boxes_.push_back(detections[i].box);
     scores_.push_back(score);

@@ -7,6 +7,11 @@
 
 namespace sdmt::track {
 
+double InputOptions::probability(double score) const {
+  if (!use_scores) return 1;
+  return calibration ? calibration->probability(score) : score;
+}
+
 TrackerOptions TrackerOptions::paper() {
   TrackerOptions options;
   options.input.nms = 1;

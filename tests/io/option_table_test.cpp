@@ -51,18 +51,11 @@ OptionTable<Cart> cart_table() {
   return table;
 }
 
-const Option<Cart>& option(const OptionTable<Cart>& table, const std::string& name) {
-  for (const auto& entry : table) {
-    if (entry.name == name) return entry;
-  }
-  throw std::logic_error(name);
-}
-
 std::string error(const std::string& name, const std::string& text) {
   const auto table = cart_table();
   Cart cart;
   try {
-    option(table, name).set(cart, text);
+    table.named(name, "cart").set(cart, text);
     table.validate(cart);
   } catch (const std::invalid_argument& refusal) {
     return refusal.what();
@@ -77,7 +70,7 @@ TEST(OptionTable, ReadsWritesAndGuardsEveryKindOfValue) {
   const auto table = cart_table();
   table.validate(Cart{});
   for (const auto& [name, text] : values) {
-    const auto& entry = option(table, name);
+    const auto& entry = table.named(name, "cart");
     Cart cart;
     entry.set(cart, entry.is_switch ? "false" : text);
     EXPECT_EQ(entry.shown(cart), text);
@@ -104,13 +97,14 @@ TEST(OptionTable, RefusalsSayNameValueAndWhatWasExpected) {
   EXPECT_EQ(error("colour", "b\nlue"), "colour is 'b?lue', expected one of red, green");
   EXPECT_EQ(error("price", "1e3"), "price is '1e3', expected a whole number");
   EXPECT_EQ(error("owner", ""), "owner is empty, expected a name");
+  EXPECT_EQ(error("w\nings", "2"), "the cart has no option 'w?ings'");
 }
 
 TEST(OptionTable, AValueWithoutANameIsNotCalledByAnother) {
   Cart cart;
   cart.colour = static_cast<Colour>(7);
   const auto table = cart_table();
-  EXPECT_THROW(option(table, "colour").get(cart), std::logic_error);
+  EXPECT_THROW(table.named("colour", "cart").get(cart), std::logic_error);
 }
 
 TEST(OptionTable, WritesTheDocumentation) {

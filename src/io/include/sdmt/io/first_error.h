@@ -24,13 +24,18 @@ class FirstError {
       if (!error_) error_ = std::current_exception();
     }
   }
+  /// Whether anything was kept: what is left to do is no longer needed.
+  bool caught() const {
+    const std::scoped_lock lock(mutex_);
+    return error_ != nullptr;
+  }
   /// Throws what was kept, if anything was. To be called when all threads are done.
   void rethrow() const {
     if (error_) std::rethrow_exception(error_);
   }
 
  private:
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::exception_ptr error_;
 };
 

@@ -77,6 +77,14 @@ class OptionTable {
   auto end() const { return options_.end(); }
   std::size_t size() const { return options_.size(); }
 
+  /// The option of that name. Throws std::invalid_argument `the OWNER has no option 'NAME'`.
+  const Option<Options>& named(std::string_view name, const char* owner) const {
+    for (const auto& option : options_) {
+      if (option.name == name) return option;
+    }
+    throw std::invalid_argument(std::string("the ") + owner + " has no option " + quoted(name));
+  }
+
   /// Checks every option.
   void validate(const Options& options) const {
     for (const auto& option : options_) option.check(options);

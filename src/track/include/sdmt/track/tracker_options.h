@@ -46,6 +46,10 @@ struct InputOptions {
   /// Frames a second that all options which count frames mean, where frames come with times
   /// (FrameContext::time); >= 0, 0: times are not looked at, every call is a frame.
   double frame_rate = 0;
+
+  /// How sure the tracker takes a detection of that score to be: the score itself without a
+  /// calibration, 1 without use_scores.
+  double probability(double score) const;
 };
 
 /// How people move (section III-D). Noise is in units of the box height, as in DeepSORT.
