@@ -66,6 +66,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude{
     {"eval", {"eval", "mot", "io"}},
     {"c", {"c", "reid", "track", "eval", "mot", "image", "io"}},
     {"train", {"train", "reid", "media", "nn", "image", "io"}},
+    {"tuning", {"tuning", "track", "eval", "media", "nn", "mot", "image", "io"}},
     {"pipeline", {"pipeline", "zones", "track", "media", "mot", "image", "io"}},
 };
 
