@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Builds the Python module with CMake, with the shipped models and presets and the libraries that
-not every system has. SDMT_WHEEL_TRAIN=1 adds sdmt.train, which then needs the system's OpenCV."""
+not every system has. SDMT_WHEEL_TRAIN=1 adds sdmt.train and sdmt.tune, which then need the system's
+OpenCV."""
 import os
 import re
 import shutil

@@ -130,7 +130,7 @@ if(TARGET _sdmt)
   math(EXPR next "${Python_VERSION_MINOR} + 1")
   set(python ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR})
   sdmt_deb(python3-sdmt SECTION python SUMMARY "online pedestrian tracking, Python module"
-    TEXT "Trackers, embedding networks, scores and training of sdmt for NumPy arrays."
+    TEXT "Trackers, embedding networks, scores, training and tuning of sdmt for NumPy\narrays."
     DEPENDS
       "python3 (>= ${python}~), python3 (<< ${Python_VERSION_MAJOR}.${next}), python3-numpy"
     RECOMMENDS "sdmt-models (= ${version})")

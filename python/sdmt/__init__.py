@@ -11,6 +11,9 @@
 Boxes are left, top, width and height in pixels, the first pixel is 1, as in MOTChallenge's files.
 What is wrong with an argument or a file raises ValueError, what fails while running RuntimeError;
 the message names field, value and what was expected.
+
+DETECTED, BOOSTED and INTERPOLATED (0, 1, 2) say in FinishedFrame.sources where a box comes from: a
+detection, a search by appearance where the detector missed somebody, or the boxes before and after.
 """
 import json as _json
 import os as _os
@@ -24,7 +27,7 @@ from ._sdmt import (BOOSTED, DETECTED, INTERPOLATED, CameraMotionEstimator, Dete
 __all__ = ["BOOSTED", "DETECTED", "INTERPOLATED", "CameraMotionEstimator", "Detections", "Embedder",
            "FinishedFrame", "Model", "Tracker", "evaluate", "find_sequences", "read_detections",
            "read_ground_truth", "read_results", "reid_metrics", "set_num_threads", "train",
-           "tracker_options", "validate_roc", "write_results"]
+           "tracker_options", "tune", "validate_roc", "write_results"]
 
 
 def _shipped(folder, name, suffix):
@@ -44,13 +47,18 @@ def _shipped(folder, name, suffix):
     raise ValueError(f"{name}: no such file (tried {', '.join(map(str, tried))})")
 
 
+def _option(name):
+    """An option as the command line names it: lambda_ is lambda, min_iou is min-iou."""
+    return name.rstrip("_").replace("_", "-")
+
+
+def _text(value):
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
 def _texts(options):
-    """Options as the command line writes them: lambda_=0.5 is lambda, min_iou=0.3 is min-iou."""
-    texts = {}
-    for name, value in options.items():
-        text = str(value).lower() if isinstance(value, bool) else str(value)
-        texts[name.rstrip("_").replace("_", "-")] = text
-    return texts
+    """Options as the command line writes them."""
+    return {_option(name): _text(value) for name, value in options.items()}
 
 
 def _config(config):
@@ -76,7 +84,11 @@ class Model(_sdmt._Model):
     """
 
     def __init__(self, name):
-        super().__init__(_shipped("models", name, ".safetensors"))
+        super().__init__(_model_file(name))
+
+
+def _model_file(name):
+    return _shipped("models", name, ".safetensors")
 
 
 def _model(model):
@@ -243,7 +255,55 @@ def train(data, output, *, architecture=None, model=None, trunk=None, freeze_tru
                         _os.fspath(resume or ""), texts, progress)
 
 
+def tune(sequences, options, *, output=None, state=None, settings=200, draws=4, drop=0.02, seed=1,
+         model=None, progress=None, config=None, **base_options):
+    """Chooses options of the tracker on sequences with ground truth, as `sdmt tune` does, and says
+    what the choice brings on others: each sequence is tracked with what is best on all other ones.
+
+    sequences: "DIR", "DIR=FILE" or "DIR=FILE@CALIBRATION", or a list of these, of two sequences at
+        least. DIR: a MOTChallenge sequence or a folder of them; FILE: detections in det/, det.txt
+        by default; CALIBRATION: how their scores are read, as the option calibration.
+    options: a dictionary of options with the values to try, {"min_iou": [0.2, 0.3], ...}, named as
+        Tracker's.
+    output: a file for the chosen options, JSON as config takes it.
+    state: a file that keeps the runs that are done; the same call goes on from it, also after
+        Ctrl-C and when progress has thrown.
+    settings: the most settings to run, 1..100000; of more combinations so many are drawn.
+    draws: runs of a setting over a sequence, 1..1000, the first with all boxes, the others with the
+        share `drop` (0..0.9) of them left out. seed: of the draws.
+    model: what tells people apart, a Model or what Model() takes: boxes are then embedded once, on
+        the sequences' frames, and Ctrl-C is the only thing heard meanwhile. None: by motion alone.
+    progress: called as progress(done, total) after each run, by any thread, one at a time.
+    config, base_options: as Tracker's, the base that is compared with.
+
+    Returns the dictionary of `sdmt tune --json` and "preset", a dictionary for Tracker(config=...).
+    "base", "in_sample" (the best on all), "held_out" (the best on the others) and "bytetrack" have
+    means over sequences and draws, "mota" and "idf1", of all boxes together "pooled_mota" and
+    "pooled_idf1", and what they gain over the base with its standard error over sequences,
+    "gain_mota" and "gain_mota_error", "gain_idf1" and "gain_idf1_error": fractions. "chosen":
+    {option: value}; "options": what trying each is worth; "by_sequence": scores and choices of
+    each. It is the same for any number of threads and interruptions.
+    Raises ValueError for sequences, options and the state of another call, RuntimeError for what
+    cannot be written.
+    """
+    try:
+        from . import _tuning
+    except ImportError as missing:
+        raise RuntimeError(f"this build of sdmt cannot tune: {missing}") from missing
+    tuned = [(_option(name), [_text(value) for value in values])
+             for name, values in options.items()]
+    if isinstance(model, Model):
+        model = model.path
+    elif model is not None:
+        model = _model_file(model)
+    found, preset = _tuning.tune(_paths(sequences), tuned,
+                                 {**_config(config), **_texts(base_options)}, model or "", settings,
+                                 draws, drop, seed, _os.fspath(output or ""),
+                                 _os.fspath(state or ""), progress)
+    return {**_json.loads(found), "preset": _json.loads(preset)}
+
+
 def set_num_threads(threads):
-    """Threads that embedding and training use from now on when called by this Python thread,
+    """Threads that embedding, training and tuning use from now on when called by this Python thread,
     1..1024. Results do not depend on it."""
     _sdmt.set_num_threads(threads)

@@ -170,4 +170,19 @@ def train(
     config: Config | None = None,
     **options: Option,
 ) -> dict[str, Any]: ...
+def tune(
+    sequences: Path | Sequence[Path],
+    options: Mapping[str, Iterable[Option]],
+    *,
+    output: Path | None = None,
+    state: Path | None = None,
+    settings: int = 200,
+    draws: int = 4,
+    drop: float = 0.02,
+    seed: int = 1,
+    model: Model | Path | None = None,
+    progress: Callable[[int, int], object] | None = None,
+    config: Config | None = None,
+    **base_options: Option,
+) -> dict[str, Any]: ...
 def set_num_threads(threads: int) -> None: ...

@@ -57,6 +57,7 @@ class Docs(unittest.TestCase):
             os.environ["PATH"] = f"{Path(os.environ['SDMT_BINARY']).parent}:{path}"
             try:
                 support.write_sequence("scene")
+                support.write_sequence("hall")
                 os.mkdir("results")
                 support.sdmt("synth", "reid", "--output", "people", "--identities", "20")
                 support.sdmt("track", "scene", "--no-appearance", "--render", "video.mp4")

@@ -3,7 +3,6 @@ import ast
 import inspect
 import json
 import os
-import tempfile
 import unittest
 from pathlib import Path
 
@@ -13,14 +12,7 @@ import sdmt
 import support
 
 
-class InAFolder(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.path = Path(folder.name)
-
-
-class Evaluate(InAFolder):
+class Evaluate(support.InAFolder):
     def test_as_the_command_does(self):
         for name in ("first", "second"):
             sequence = support.write_sequence(self.path / "gt" / name)
@@ -52,7 +44,7 @@ class Evaluate(InAFolder):
         self.assertEqual(empty["combined"]["CLR_FN"], 2 * support.FRAMES)
 
 
-class Readers(InAFolder):
+class Readers(support.InAFolder):
     def test_detections(self):
         file = support.write_sequence(self.path / "s") / "det" / "det.txt"
         detections = sdmt.read_detections(file)
@@ -122,7 +114,7 @@ class Validate(unittest.TestCase):
 
 @unittest.skipUnless(os.path.exists(Path(sdmt.__file__).parent / "__init__.py") and
                      any(Path(sdmt.__file__).parent.glob("_train*")), "built without training")
-class Train(InAFolder):
+class Train(support.InAFolder):
     def test_the_same_model_as_the_command(self):
         support.sdmt("synth", "reid", "--output", self.path / "people", "--identities", "20")
         options = {"identities": 4, "instances": 2, "iterations": 3, "seed": 5,

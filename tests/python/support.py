@@ -2,6 +2,8 @@
 """What the tests of the Python module share. Environment: SDMT_BINARY, SDMT_SHARE_DIR."""
 import os
 import subprocess
+import tempfile
+import unittest
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,15 @@ def sdmt(*arguments):
     """Runs the command line."""
     return subprocess.run([os.environ["SDMT_BINARY"], *map(str, arguments)], check=True,
                           capture_output=True, text=True).stdout
+
+
+class InAFolder(unittest.TestCase):
+    """Has a folder of its own, self.path."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = Path(folder.name)
 
 
 def images():

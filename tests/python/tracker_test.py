@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 import subprocess
 import sys
-import tempfile
 import threading
 import unittest
 from pathlib import Path
@@ -46,12 +45,7 @@ def rows(frames):
     return [(f.frame, f.ids.tolist(), f.boxes.tolist(), f.scores.tolist()) for f in frames]
 
 
-class SameBytes(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        self.path = Path(self.folder.name)
-
+class SameBytes(support.InAFolder):
     def expect_same(self, tracker, *arguments):
         sequence = support.write_sequence(self.path / "scene")
         support.sdmt("track", sequence, "--output", self.path / "command.txt", *arguments)
