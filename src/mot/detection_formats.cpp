@@ -43,16 +43,26 @@ std::vector<std::string_view> words(std::string_view line) {
   }
 }
 
-// class cx cy width height [score], all but the class fractions of the picture.
-bool is_yolo_label(std::span<const std::string_view> cells) {
+// What to say of a line with as many columns as YOLO's labels have: class cx cy width height
+// [score], all but the class fractions of the picture; nullopt of any other line.
+std::optional<std::string> describe_yolo_label(std::span<const std::string_view> cells) {
   constexpr std::size_t kFewest = 5, kMost = 6;
-  if (cells.size() < kFewest || cells.size() > kMost || !io::parse_number<int>(cells[0])) {
-    return false;
-  }
-  return std::all_of(cells.begin() + 1, cells.end(), [](std::string_view cell) {
+  constexpr double kSlack = 0.5;  // boxes may leave the picture
+  if (cells.size() < kFewest || cells.size() > kMost) return std::nullopt;
+  if (!io::parse_number<int>(cells[0])) return std::nullopt;
+  bool fractions = true;
+  for (const std::string_view cell : cells.subspan(1)) {
     const auto number = io::parse_number<double>(cell);
-    return number && *number >= 0 && *number <= 1;
-  });
+    if (!number) return std::nullopt;
+    if (*number < -kSlack || *number > 1 + kSlack) fractions = false;
+  }
+  if (fractions) {
+    return "looks like YOLO's labels of one picture, expected the folder that holds such a file "
+           "for each frame (or name its format with --detections-format)";
+  }
+  return "has " + std::to_string(cells.size()) +
+         " columns, as YOLO's labels do, but they are no fractions of the picture; expected a "
+         "folder of such labels, or rows frame,-1,left,top,width,height,score";
 }
 
 }  // namespace
@@ -90,10 +100,8 @@ DetectionFormat recognise_format(const fs::path& path) {
   if (!commas && cells.size() >= kKittiColumns && has_letters(cells[2])) {
     return DetectionFormat::kitti;
   }
-  if (!commas && is_yolo_label(cells)) {
-    throw std::invalid_argument(path.string() +
-                                ": looks like YOLO's labels of one picture, expected the folder "
-                                "that holds such a file for each frame");
+  if (const auto label = commas ? std::nullopt : describe_yolo_label(cells)) {
+    throw std::invalid_argument(path.string() + ": " + *label);
   }
   return has_letters(first.substr(0, first.find_first_of(",;\t"))) ? DetectionFormat::csv
                                                                    : DetectionFormat::mot;

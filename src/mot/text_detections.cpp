@@ -185,7 +185,8 @@ DetectionFile read_kitti(const fs::path& path, const DetectionReading& reading) 
 DetectionFile read_yolo(const fs::path& given, const DetectionReading& reading) {
   if (!fs::is_directory(given)) {
     throw std::invalid_argument(given.string() +
-                                ": is no folder, expected one with a text file a frame (yolo)");
+                                ": is no folder, expected the one that holds a text file for each "
+                                "frame (yolo)");
   }
   if (reading.width < 1 || reading.height < 1) {
     throw std::invalid_argument(given.string() +

@@ -160,11 +160,22 @@ TEST_F(DetectionFormats, SayWhatIsWrongWhere) {
 }
 
 TEST_F(DetectionFormats, OneFileOfAYoloFolderIsKnown) {
-  for (const std::string row : {"0 0.5 0.5 0.1 0.3\n", "2 0.51 0.5 0.1 0.3 0.97\n"}) {
-    EXPECT_THAT(
-        refusal(write("000001.txt", row)),
-        HasSubstr("000001.txt: looks like YOLO's labels of one picture, expected the folder"));
+  const std::string cure =
+      "000001.txt: looks like YOLO's labels of one picture, expected the folder that holds such a "
+      "file for each frame (or name its format with --detections-format)";
+  for (const std::string row :
+       {"0 0.5 0.5 0.1 0.3\n", "2 0.51 0.5 0.1 0.3 0.97\n", "0 -0.01 0.5 0.1 1.02\n"}) {
+    EXPECT_THAT(refusal(write("000001.txt", row)), HasSubstr(cure)) << row;
   }
+  EXPECT_THAT(refusal(write("000001.txt", "0 458.64 73.00 17.83 43.49 0.7766\n")),
+              HasSubstr("000001.txt: has 6 columns, as YOLO's labels do, but they are no fractions "
+                        "of the picture; expected a folder"));
+  EXPECT_THAT(
+      refusal(folder_ / "000001.txt", {.format = DetectionFormat::yolo}),
+      HasSubstr("000001.txt: is no folder, expected the one that holds a text file for each "
+                "frame (yolo)"));
+  EXPECT_THAT(refusal(folder_ / "000001.txt", {.format = DetectionFormat::mot}),
+              HasSubstr("000001.txt:1: frame is 0, expected >= 1"));
   EXPECT_EQ(refusal(write("blanks.txt", "1 -1 0.5 0.5 0.1 0.3 0.97\n")), "nothing");
 }
 
