@@ -5,8 +5,11 @@
 #include <sys/stat.h>
 
 #include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
 
 #include "cli/track_scene.h"
+#include "pipeline/made_network.h"
 #include "sdmt/mot/mot_file.h"
 
 namespace sdmt::tests {
@@ -139,13 +142,44 @@ TEST_F(TrackBoxes, DetectKeepsBoxesThatTrackReads) {
     write_file(folder_ / (std::string(name) + ".tracks"), tracks());
   }
   EXPECT_EQ(read_file(folder_ / "boxes.txt.tracks"), read_file(folder_ / "boxes.jsonl.tracks"));
-  const auto compared = run_sdmt({"detect", scene, "--compare", "hog"});
+  const auto compared =
+      run_sdmt({"detect", scene, "--compare", "hog", folder_ / "boxes.txt", "--score", "0"});
   EXPECT_EQ(compared.exit_code, 0) << compared.err;
   EXPECT_THAT(compared.out, HasSubstr("recall"));
+  const auto row = [&](const std::string& name) {  // but for the name and the time
+    std::istringstream rest(compared.out.substr(compared.out.find("\n" + name) + 1 + name.size()));
+    std::vector<std::string> cells(5);
+    for (std::string& cell : cells) rest >> cell;
+    return cells;
+  };
+  EXPECT_EQ(row("hog"), row("boxes.txt")) << compared.out;
   EXPECT_EQ(run_sdmt({"detect", scene}).exit_code, 2);
   const auto sized = run_sdmt({"detect", scene, "--compare", "net.onnx@big"});
   EXPECT_EQ(sized.exit_code, 2);
   EXPECT_THAT(sized.err, HasSubstr("net.onnx@big': expected pixels after the @"));
+}
+
+TEST_F(TrackBoxes, ADetectorThatFailsLosesNothing) {
+  std::filesystem::create_directories(folder_ / "frames");
+  for (int frame = 1; frame <= 5; ++frame) {
+    const cv::Mat grey(frame == 5 ? 240 : 320, 320, CV_8UC3, cv::Scalar::all(90));
+    cv::imwrite(folder_ / ("frames/" + std::to_string(frame) + ".png"), grey);
+  }
+  const std::string network = make_fragile_darknet(folder_.path());
+  const auto detected = run_sdmt(
+      {"detect", folder_ / "frames", "--detector", network, "--output", folder_ / "boxes.txt"});
+  if (detected.err.find("no dnn module") != std::string::npos) GTEST_SKIP() << detected.err;
+  const auto expect_failure = [](const CommandResult& result) {
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_THAT(result.err, HasSubstr("fragile.cfg: the network failed in frame 5: "));
+  };
+  expect_failure(detected);
+  EXPECT_EQ(mot::DetectionFile::read(folder_ / "boxes.txt").last_frame(), 4);
+  expect_failure(track(folder_ / "frames", {"--detector", network, "--no-appearance", "--no-scores",
+                                            "--delay", "0", "--min-length", "1"}));
+  const auto rows = mot::read_results(folder_ / "tracks.txt");
+  ASSERT_FALSE(rows.empty());
+  EXPECT_EQ(rows.back().frame, 4);
 }
 
 }  // namespace

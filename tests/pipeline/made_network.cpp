@@ -28,6 +28,13 @@ std::string text(int field, const std::string& value) {
   return varint(field << 3 | 2) + varint(value.size()) + value;
 }
 
+std::string darknet_header() {
+  std::string weights;
+  for (const std::int32_t version : {0, 2, 0}) append(weights, version);
+  append(weights, std::uint64_t{0});  // images seen
+  return weights;
+}
+
 }  // namespace
 
 std::filesystem::path make_darknet(const std::filesystem::path& folder) {
@@ -36,9 +43,7 @@ std::filesystem::path make_darknet(const std::filesystem::path& folder) {
              "[convolutional]\nfilters=7\nsize=8\nstride=8\npad=0\nactivation=linear\n\n"
              "[yolo]\nmask=0\nanchors=8,24\nclasses=2\nnum=1\n");
   write_file(folder / "made.names", "person\ncar\n");
-  std::string weights;
-  for (const std::int32_t version : {0, 2, 0}) append(weights, version);
-  append(weights, std::uint64_t{0});  // images seen
+  std::string weights = darknet_header();
   // x, y, width, height, objectness, person, car: sigmoids of 20 (red - ...) - 10.
   for (const float bias : {0.F, 0.F, 0.F, 0.F, -10.F, -10.F, -10.F}) append(weights, bias);
   const float by_color[7][3] = {{}, {}, {}, {}, {20, -40, 20}, {20, 0, 0}, {0, 0, 20}};
@@ -49,6 +54,23 @@ std::filesystem::path make_darknet(const std::filesystem::path& folder) {
   }
   write_file(folder / "made.weights", weights);
   return folder / "made.cfg";
+}
+
+std::filesystem::path make_fragile_darknet(const std::filesystem::path& folder) {
+  // Cells of 32 pixels beside cells of 64 that are spread over four each.
+  const auto convolution = [](int filters, int size) {
+    const auto side = std::to_string(size);
+    return "[convolutional]\nfilters=" + std::to_string(filters) + "\nsize=" + side +
+           "\nstride=" + side + "\npad=0\nactivation=linear\n\n";
+  };
+  write_file(folder / "fragile.cfg",
+             "[net]\nwidth=256\nheight=256\nchannels=3\n\n" + convolution(1, 32) +
+                 convolution(1, 2) + "[upsample]\nstride=2\n\n[route]\nlayers=-1,-3\n\n" +
+                 convolution(6, 1) + "[yolo]\nmask=0\nanchors=8,24\nclasses=1\nnum=1\n");
+  constexpr int kValues = (1 + 3 * 32 * 32) + (1 + 2 * 2) + (6 + 2 * 6);
+  write_file(folder / "fragile.weights",
+             darknet_header() + std::string(sizeof(float) * kValues, '\0'));
+  return folder / "fragile.cfg";
 }
 
 std::string make_onnx(int channels) {

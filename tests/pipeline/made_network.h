@@ -12,6 +12,11 @@ namespace sdmt::tests {
 /// folder/made.cfg, .weights and .names, returns the first.
 std::filesystem::path make_darknet(const std::filesystem::path& folder);
 
+/// Writes a Darknet detector of 256 x 256 pixels that can only run where both sides of its input
+/// are multiples of 64: it fails at the first picture that is not square. Returns
+/// folder/fragile.cfg.
+std::filesystem::path make_fragile_darknet(const std::filesystem::path& folder);
+
 /// The bytes of an ONNX network that is one convolution, of 8 x 8 pixels to one of `channels`
 /// values: [1, 3, 64, 64] to [1, channels, 8, 8].
 std::string make_onnx(int channels);

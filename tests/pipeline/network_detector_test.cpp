@@ -140,6 +140,17 @@ TEST_F(NetworkDetectors, RefusesFilesThatAreCutOff) {
   EXPECT_THAT(refusal({cfg}), HasSubstr("its weights are missing"));
 }
 
+TEST_F(NetworkDetectors, SaysInWhichFrameItFailed) {
+  NetworkDetector detector({tests::make_fragile_darknet(folder_.path())});
+  EXPECT_FALSE(detector.detect(two_blocks(256, 256)).empty());
+  try {
+    detector.detect(two_blocks(320, 240));
+    FAIL() << "ran";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("fragile.cfg: the network failed in frame 1: "));
+  }
+}
+
 // Networks of others, where they are: recall and precision (IoU 0.5, score 0.3) on ten frames.
 TEST_F(NetworkDetectors, RealNetworksFindRealPeople) {
   const fs::path data = SDMT_DATA_DIR;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -89,8 +91,17 @@ void DetectCommand::keep() const {
   io::OutputFile file(output);
   int frames = 0;
   std::size_t boxes = 0;
+  // A detector that fails keeps what it found before.
+  const auto detect = [&](const pipeline::Frame& frame) {
+    try {
+      return detector->detect(frame);
+    } catch (const std::runtime_error&) {
+      file.commit();
+      throw;
+    }
+  };
   for_each_frame(input, every, "detecting", [&](const pipeline::Frame& frame) {
-    const auto found = detector->detect(frame);
+    const auto found = detect(frame);
     ++frames;
     boxes += found.size();
     file.write(lines ? json_line(frame.number, found) : mot_rows(frame.number, found));
@@ -118,9 +129,22 @@ std::optional<std::vector<Truth>> read_truth(const std::string& input) {
   return frames;
 }
 
-// A detector as --detector names it, or FILE@SIZE: a network at another size of its input.
-std::unique_ptr<pipeline::DetectionSource> open_sized(const std::string& name,
-                                                      pipeline::DetectorOptions options) {
+bool holds_boxes(const fs::path& path) {
+  constexpr std::array<std::string_view, 4> kEndings{".txt", ".csv", ".json", ".jsonl"};
+  return fs::is_directory(path) ||
+         std::find(kEndings.begin(), kEndings.end(), path.extension()) != kEndings.end();
+}
+
+// A detector as --detector names it, FILE@SIZE: a network at another size of its input, or boxes
+// that somebody else found in `input`.
+std::unique_ptr<pipeline::DetectionSource> open_contender(const std::string& name,
+                                                          const std::string& input,
+                                                          DetectionArguments arguments) {
+  if (holds_boxes(name)) {
+    arguments.detections = name;
+    return arguments.open(input);
+  }
+  pipeline::DetectorOptions& options = arguments.options;
   const auto at = name.rfind('@');
   if (at == std::string::npos || fs::exists(name)) return pipeline::open_detector(name, options);
   const auto size = io::parse_number<int>(std::string_view(name).substr(at + 1));
@@ -152,7 +176,7 @@ void DetectCommand::compare_all() const {
   std::vector<Contender> contenders;
   for (const std::string& name : compare) {
     contenders.push_back({.name = name,
-                          .detector = open_sized(name, detection.options),
+                          .detector = open_contender(name, input, detection),
                           .scorer = {},
                           .tracker = track::Tracker()});
   }
@@ -178,7 +202,10 @@ void DetectCommand::compare_all() const {
                                                    "precision", "AP", "ms/frame"}
                         : std::vector<std::string>{"detector", "boxes", "in tracks", "ms/frame"});
   for (Contender& contender : contenders) {
-    const auto ms = fmt::format("{:.1f}", 1000 * contender.seconds / std::max(1, contender.frames));
+    const bool looked = contender.detector->needs_images();
+    const auto ms =
+        looked ? fmt::format("{:.1f}", 1000 * contender.seconds / std::max(1, contender.frames))
+               : "-";
     const auto name =
         contender.name == "hog" ? "hog" : fs::path(contender.name).filename().string();
     if (truth) {
@@ -224,8 +251,8 @@ void add_detect_command(CLI::App& app) {
       ->type_name("FILE");
   sub->add_option(
          "--compare", command->compare,
-         "Detectors, as for --detector, or FILE@SIZE for another --detector-size: recall, "
-         "precision, average precision against the "
+         "Detectors, as for --detector, FILE@SIZE for another --detector-size, or boxes (.txt, "
+         ".csv, .json, .jsonl or a folder): recall, precision, average precision against the "
          "sequence's ground truth, and ms a frame; without ground truth the share of boxes "
          "that become tracks")
       ->type_name("FILE|hog");
