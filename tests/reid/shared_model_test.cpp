@@ -11,6 +11,7 @@
 #include "reid/formula_network.h"
 #include "sdmt/reid/architectures.h"
 #include "sdmt/reid/embedder.h"
+#include "sdmt/reid/shared_embedder.h"
 
 namespace sdmt::reid {
 namespace {
@@ -20,7 +21,7 @@ using testing_support::FormulaCrop;
 constexpr int kCameras = 8;
 
 // What camera i sees: windows of one picture, and a crop of another size.
-std::vector<float> look(Embedder& embedder, int i) {
+std::vector<float> look(image::CropDescriptor& embedder, int i) {
   const FormulaCrop picture(5), crop(i);
   image::DescriptorRows shifted, rows;
   const std::vector<image::GridShift> shifts{{0, 0}, {i % 2, 1}};
@@ -73,6 +74,58 @@ TEST(SharedModel, AnotherEmbedderTakesNoOtherWeights) {
 
 TEST(SharedModel, NoModelIsAnError) {
   EXPECT_THROW(Embedder{std::shared_ptr<const Model>()}, std::invalid_argument);
+}
+
+TEST(SharedEmbedder, ClientsInSeveralThreadsGiveWhatOneAloneGives) {
+  Embedder alone(untrained_model(lite(), 5));
+  SharedEmbedder shared(alone.model(), 2);
+  std::vector<std::vector<std::vector<float>>> seen(kCameras);
+  {
+    std::vector<std::thread> cameras;
+    for (int i = 0; i < kCameras; ++i) {
+      cameras.emplace_back([&, i] {
+        const auto client = shared.client();
+        for (int round = 0; round < 5; ++round) seen[i].push_back(look(*client, i));
+      });
+    }
+    for (std::thread& camera : cameras) camera.join();
+  }
+  for (int i = 0; i < kCameras; ++i) {
+    const auto expected = look(alone, i);
+    for (const auto& rows : seen[i]) EXPECT_EQ(rows, expected) << i;
+  }
+}
+
+TEST(SharedEmbedder, AnErrorIsItsClientsAlone) {
+  Embedder alone(untrained_model(lite(), 5));
+  SharedEmbedder shared(alone.model(), 2);
+  std::vector<int> errors(kCameras, 0);
+  std::vector<std::vector<float>> seen(kCameras);
+  {
+    std::vector<std::thread> cameras;
+    for (int i = 0; i < kCameras; ++i) {
+      cameras.emplace_back([&, i] {
+        const auto client = shared.client();
+        const FormulaCrop picture(5);
+        image::DescriptorRows rows;
+        for (int round = 0; round < 5; ++round) {
+          seen[i] = look(*client, i);
+          if (i % 2 == 0) continue;
+          try {  // a window that leaves the image
+            client->describe_shifted(picture.view(), {10, 8, 32, 96},
+                                     std::vector{image::GridShift{99, 0}}, rows);
+          } catch (const std::invalid_argument&) {
+            ++errors[i];
+          }
+        }
+      });
+    }
+    for (std::thread& camera : cameras) camera.join();
+  }
+  for (int i = 0; i < kCameras; ++i) {
+    EXPECT_EQ(errors[i], i % 2 == 0 ? 0 : 5) << i;
+    EXPECT_EQ(seen[i], look(alone, i)) << i;
+  }
 }
 
 }  // namespace

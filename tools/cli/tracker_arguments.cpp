@@ -2,6 +2,7 @@
 #include "cli/tracker_arguments.h"
 
 #include <fmt/core.h>
+#include <omp.h>
 
 #include <filesystem>
 #include <set>
@@ -12,6 +13,7 @@
 #include "cli/table_option.h"
 #include "sdmt/image/color_histogram.h"
 #include "sdmt/reid/embedder.h"
+#include "sdmt/reid/shared_embedder.h"
 #include "sdmt/track/tracker_option_table.h"
 
 namespace sdmt::tools {
@@ -52,10 +54,12 @@ std::unique_ptr<image::CropDescriptor> TrackerArguments::load_appearance(
 
 std::function<std::unique_ptr<image::CropDescriptor>()> TrackerArguments::load_appearances(
     const Warning& warning) const {
-  const std::shared_ptr<image::CropDescriptor> first = load_appearance(warning);
+  const auto first = load_appearance(warning);
   const auto* network = dynamic_cast<const reid::Embedder*>(first.get());
   if (network == nullptr) return [*this, warning] { return load_appearance(warning); };
-  return [weights = network->model()] { return std::make_unique<reid::Embedder>(weights); };
+  const auto shared =
+      std::make_shared<reid::SharedEmbedder>(network->model(), omp_get_max_threads());
+  return [shared] { return shared->client(); };
 }
 
 std::unique_ptr<image::CropDescriptor> load_network_appearance(const std::string& file,

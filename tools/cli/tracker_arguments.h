@@ -24,8 +24,9 @@ struct TrackerArguments {
   bool uses_appearance() const { return !no_appearance && appearance != "none"; }
   /// What tells people apart; nullptr when nothing does. Throws as reid::load_model().
   std::unique_ptr<image::CropDescriptor> load_appearance(const Warning& warning) const;
-  /// As load_appearance(), for any number of trackers, each with its own: they share one network.
-  /// The function may be called by any thread.
+  /// As load_appearance(), for any number of trackers in threads of their own: they share one
+  /// network, which describes the crops of all in one batch. The function may be called by any
+  /// thread, and must outlive what it returns.
   std::function<std::unique_ptr<image::CropDescriptor>()> load_appearances(
       const Warning& warning) const;
 };
