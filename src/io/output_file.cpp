@@ -10,7 +10,7 @@
 #include <system_error>
 #include <utility>
 
-#include "sdmt/io/retry.h"
+#include "sdmt/io/write_all.h"
 
 namespace sdmt::io {
 
@@ -18,18 +18,6 @@ namespace {
 
 constexpr std::size_t kBuffer = 1 << 16;
 constexpr const char* kStandardOutput = "standard output";
-
-// Writes all bytes; false with errno when that is not possible.
-bool write_all(int descriptor, const char* bytes, std::size_t count) {
-  while (count > 0) {
-    const ssize_t written = retry([&] { return ::write(descriptor, bytes, count); });
-    if (written == 0) errno = EIO;
-    if (written <= 0) return false;
-    bytes += written;
-    count -= static_cast<std::size_t>(written);
-  }
-  return true;
-}
 
 }  // namespace
 
@@ -57,17 +45,17 @@ OutputFile::~OutputFile() {
 }
 
 void OutputFile::write(const void* bytes, std::size_t count) {
-  const char* const text = static_cast<const char*>(bytes);
+  const std::string_view text(static_cast<const char*>(bytes), count);
   if (buffer_.size() + count < kBuffer) {
-    buffer_.append(text, count);
+    buffer_.append(text);
     return;
   }
   flush();
-  if (!write_all(descriptor(), text, count)) fail("write failed");
+  if (write_all(descriptor(), text) < count) fail("write failed");
 }
 
 void OutputFile::flush() {
-  if (!write_all(descriptor(), buffer_.data(), buffer_.size())) fail("write failed");
+  if (write_all(descriptor(), buffer_) < buffer_.size()) fail("write failed");
   buffer_.clear();
 }
 

@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "sdmt/io/write_all.h"
 #include "sdmt/pipeline/utc_time.h"
 
 namespace sdmt::pipeline {
@@ -69,18 +70,13 @@ void FlowingFile::write(std::string_view lines) {
 void FlowingFile::commit() { ::fsync(descriptor_); }
 
 bool FlowingFile::append(std::string_view lines) {
-  std::size_t written = 0;
-  while (written < lines.size()) {
-    const ssize_t count = ::write(descriptor_, lines.data() + written, lines.size() - written);
-    if (count > 0) {
-      written += static_cast<std::size_t>(count);
-    } else if (errno != EINTR) {
-      const int error = errno;
-      // What is there stays whole.
-      if (written > 0 && ::ftruncate(descriptor_, static_cast<off_t>(size_)) != 0) size_ += written;
-      errno = error;
-      return false;
-    }
+  const std::size_t written = io::write_all(descriptor_, lines);
+  if (written < lines.size()) {
+    const int error = errno;
+    // What is there stays whole.
+    if (written > 0 && ::ftruncate(descriptor_, static_cast<off_t>(size_)) != 0) size_ += written;
+    errno = error;
+    return false;
   }
   size_ += written;
   return true;

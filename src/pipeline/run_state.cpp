@@ -16,8 +16,10 @@
 
 #include "sdmt/io/checked_value.h"
 #include "sdmt/io/delimited_text.h"
+#include "sdmt/io/hash.h"
 #include "sdmt/io/output_file.h"
 #include "sdmt/io/retry.h"
+#include "sdmt/io/write_all.h"
 
 namespace sdmt::pipeline {
 
@@ -25,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kTitle = "sdmt track state 1";
+constexpr std::string_view kTitle = "sdmt track state 2";
 
 [[noreturn]] void refuse(const fs::path& path, const std::string& wrong) {
   throw std::invalid_argument(path.string() + ": " + wrong +
@@ -46,7 +48,7 @@ std::string line_of(const track::FinishedFrame& frame) {
     add(box.box.left), add(box.box.top), add(box.box.width), add(box.box.height), add(box.score);
   }
   for (const track::IdMerge& merge : frame.merges) add(merge.from), add(merge.to);
-  return line + "\n";
+  return line;
 }
 
 class LineReader {
@@ -101,20 +103,25 @@ RunState::RunState(fs::path path, std::string run, int interval)
   if (status.type() == fs::file_type::not_found) return;
   if (!fs::is_regular_file(status)) refuse(path_, "is no regular file");
   std::istringstream file(io::read_text(path_));
-  std::string title, count, size;
+  std::string title, count, hash, size;
   std::getline(file, title);
   if (title != kTitle) refuse(path_, "is no state of a run of this version");
   std::getline(file, count);
+  std::getline(file, hash);
   std::getline(file, size);
   const auto finished = io::parse_number<int>(count);
+  const auto lines = io::parse_number<std::uint64_t>(hash);
   const auto length = io::parse_number<std::size_t>(size);
   const std::string rest{std::istreambuf_iterator<char>(file), {}};
-  if (!finished || *finished < 0 || !length || *length > rest.size()) refuse(path_, "is damaged");
+  if (!finished || *finished < 0 || !lines || !length || *length > rest.size()) {
+    refuse(path_, "is damaged");
+  }
   const std::string there = rest.substr(0, *length);
   if (there != run_) {
     refuse(path_, "belongs to another run: " + io::printable(there, 200));
   }
   finished_ = *finished;
+  hash_ = *lines;
   snapshot_ = rest.substr(*length);
 }
 
@@ -136,6 +143,7 @@ int RunState::resume(track::Tracker& tracker,
     std::ifstream file(frames_path(), std::ios::binary);
     if (!file && errno != ENOENT) fail(frames_path(), "cannot be opened");
     std::string line;
+    std::uint64_t hash = io::kEmptyHash;
     for (int frame = 1; frame <= finished_; ++frame) {
       if (!std::getline(file, line) || file.eof()) {
         if (file.bad()) fail(frames_path(), "cannot be read");
@@ -144,8 +152,10 @@ int RunState::resume(track::Tracker& tracker,
       const auto read = frame_of(line, frames_path());
       if (read.frame != frame) refuse(frames_path(), "holds frames out of order");
       finished(read);
+      io::hash(hash, line);
       length += line.size() + 1;
     }
+    if (hash != hash_) refuse(frames_path(), "is damaged");
     snapshot_ = {};
   }
   frames_ = ::open(frames_path().c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
@@ -157,7 +167,9 @@ int RunState::resume(track::Tracker& tracker,
 }
 
 void RunState::add(const track::FinishedFrame& frame) {
-  pending_ += line_of(frame);
+  const std::string line = line_of(frame);
+  io::hash(hash_, line);
+  pending_ += line + "\n";
   ++finished_;
 }
 
@@ -167,17 +179,13 @@ void RunState::frame_done(const track::Tracker& tracker) {
 
 void RunState::save(const track::Tracker& tracker) {
   since_ = 0;
-  for (std::string_view left = pending_; !left.empty();) {
-    const ssize_t written = io::retry([&] { return ::write(frames_, left.data(), left.size()); });
-    if (written <= 0) fail(frames_path(), "write failed");
-    left.remove_prefix(static_cast<std::size_t>(written));
-  }
+  if (io::write_all(frames_, pending_) < pending_.size()) fail(frames_path(), "write failed");
   pending_.clear();
   if (io::retry([&] { return ::fsync(frames_); }) != 0) fail(frames_path(), "flush to disk failed");
   const auto snapshot = tracker.save();
   io::OutputFile file(path_);
   std::ostringstream head;
-  head << kTitle << "\n" << finished_ << "\n" << run_.size() << "\n" << run_;
+  head << kTitle << "\n" << finished_ << "\n" << hash_ << "\n" << run_.size() << "\n" << run_;
   file.write(head.str());
   file.write(snapshot.data(), snapshot.size());
   file.commit();

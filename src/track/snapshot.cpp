@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "sdmt/io/hash.h"
 #include "sdmt/track/tracker_option_table.h"
 #include "state_archive.h"
 #include "tracker_state.h"
@@ -24,14 +25,14 @@ constexpr int kLatest = 1 << 30;              // frames and ids
 // Far beyond what boxes within mot::kFarthest lead to, and squares stay finite.
 constexpr double kLargest = 1e20, kLargestVariance = 1e60;
 
-// FNV-1a over words of eight bytes: against what happens to files, not against forgers.
+// Over words of eight bytes: against what happens to files, not against forgers.
 std::uint64_t checksum(std::span<const std::byte> bytes) {
-  std::uint64_t sum = 0xcbf29ce484222325;
+  std::uint64_t sum = io::kEmptyHash;
   for (std::size_t i = 0; i < bytes.size(); i += sizeof(std::uint64_t)) {
     std::uint64_t word = 0;
     const auto part = bytes.subspan(i, std::min(sizeof word, bytes.size() - i));
     std::copy(part.begin(), part.end(), reinterpret_cast<std::byte*>(&word));
-    sum = (sum ^ word) * 0x100000001b3;
+    io::hash_word(sum, word);
   }
   return sum;
 }

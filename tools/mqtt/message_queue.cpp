@@ -19,6 +19,7 @@
 #include "sdmt/io/checked_value.h"
 #include "sdmt/io/delimited_text.h"
 #include "sdmt/io/retry.h"
+#include "sdmt/io/write_all.h"
 
 namespace sdmt::tools {
 
@@ -38,16 +39,6 @@ int open_or_fail(const fs::path& path, int flags) {
       io::retry([&] { return ::open(path.c_str(), flags | O_CREAT | O_CLOEXEC, 0600); });
   if (descriptor < 0) fail(path, "cannot be opened");
   return descriptor;
-}
-
-bool write_all(int descriptor, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t written =
-        io::retry([&] { return ::write(descriptor, text.data(), text.size()); });
-    if (written <= 0) return false;
-    text.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return true;
 }
 
 }  // namespace
@@ -91,7 +82,7 @@ void MessageQueue::open_folder() {
   for (const auto& [first, path] : found) read_file(path, first);
   if (!files_.empty()) {
     done_ = std::max(done_, files_.front().first - 1);
-    last_file_ = open_or_fail(files_.back().path, O_WRONLY | O_APPEND);
+    last_file_ = open_or_fail(files_.back().path, O_WRONLY);
     // Of a write that never ended.
     if (::ftruncate(last_file_, static_cast<off_t>(files_.back().bytes)) != 0) {
       fail(files_.back().path, "cannot be cut");
@@ -149,9 +140,10 @@ bool MessageQueue::add(const std::string& topic, const std::string& payload) {
     return false;
   }
   File& file = files_.back();
-  if (!write_all(last_file_, line)) {
-    // Where the half that was written stays, it spoils the message behind it.
-    [[maybe_unused]] const int cut = ::ftruncate(last_file_, static_cast<off_t>(file.bytes));
+  // Over the half of a message that did not fit, which has no line end and is none.
+  if (::lseek(last_file_, static_cast<off_t>(file.bytes), SEEK_SET) < 0 ||
+      io::write_all(last_file_, line) < line.size()) {
+    reader_.close();  // which may hold that half
     ++dropped_;
     return false;
   }
@@ -163,9 +155,8 @@ bool MessageQueue::add(const std::string& topic, const std::string& payload) {
 bool MessageQueue::open_new_file() {
   const std::int64_t first = end();
   const fs::path path = folder_ / fmt::format("{:0{}}{}", first, kDigits, kExtension);
-  const int descriptor = io::retry([&] {
-    return ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
-  });
+  const int descriptor = io::retry(
+      [&] { return ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600); });
   if (descriptor < 0) return false;
   if (last_file_ >= 0) ::close(last_file_);
   last_file_ = descriptor;

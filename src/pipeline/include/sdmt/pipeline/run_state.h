@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
 
+#include "sdmt/io/hash.h"
 #include "sdmt/track/tracker.h"
 
 namespace sdmt::pipeline {
@@ -38,16 +40,16 @@ class RunState {
 
  private:
   std::filesystem::path frames_path() const;
-  void open_frames();
 
   std::filesystem::path path_;
   std::string run_;
   int interval_;
-  std::string snapshot_;  // to go on from; empty for a new run
-  int finished_ = 0;      // frames handed over until now
-  int since_ = 0;         // frames since the last snapshot
-  std::string pending_;   // lines not yet written
-  int frames_ = -1;       // descriptor
+  std::string snapshot_;                 // to go on from; empty for a new run
+  int finished_ = 0;                     // frames handed over until now
+  std::uint64_t hash_ = io::kEmptyHash;  // of their lines
+  int since_ = 0;                        // frames since the last snapshot
+  std::string pending_;                  // lines not yet written
+  int frames_ = -1;                      // descriptor
 };
 
 }  // namespace sdmt::pipeline

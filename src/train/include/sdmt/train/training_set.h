@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "sdmt/io/hash.h"
 #include "sdmt/media/image_file.h"
 #include "sdmt/nn/process_group.h"
 #include "sdmt/nn/tensor.h"
@@ -43,9 +44,8 @@ struct TrainingSet {
   std::vector<std::filesystem::path> unreadable;  ///< left out, also links that lead nowhere
   reid::LeftOut left_out;                         ///< of the folders trained on, other reasons
   /// Hashes of the file names in order, which tell one choice of data from another.
-  std::uint64_t fingerprint = kEmptyFingerprint;
-  std::uint64_t validation_fingerprint = kEmptyFingerprint;
-  static constexpr std::uint64_t kEmptyFingerprint = 0xcbf29ce484222325ULL;
+  std::uint64_t fingerprint = io::kEmptyHash;
+  std::uint64_t validation_fingerprint = io::kEmptyHash;
 };
 
 struct TrainingSetOptions {
