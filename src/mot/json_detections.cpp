@@ -2,6 +2,7 @@
 // Boxes in JSON: COCO, and an object a line.
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -255,8 +256,10 @@ JsonLineReader::Frame JsonLineReader::read(std::string_view line, std::size_t li
 DetectionFile read_json_lines(const fs::path& path, const DetectionReading& reading) {
   JsonLineReader reader(path.string(), reading);
   std::vector<DetectionRow> rows;
+  std::map<int, double> times;
   io::for_each_line(io::read_text(path), [&](std::size_t number, std::string_view line) {
     JsonLineReader::Frame frame = reader.read(line, number);
+    if (frame.time) times.emplace(frame.number, *frame.time);
     const auto dimension = static_cast<std::size_t>(reader.dimension());
     for (std::size_t i = 0; i < frame.detections.size(); ++i) {
       const auto begin = frame.embeddings.begin() + static_cast<std::ptrdiff_t>(i * dimension);
@@ -269,7 +272,9 @@ DetectionFile read_json_lines(const fs::path& path, const DetectionReading& read
                                 reading.classes.value_or(ClassFilter()).text() +
                                 "; choose with --classes");
   }
-  return DetectionFile::from_rows(std::move(rows), path.string());
+  DetectionFile file = DetectionFile::from_rows(std::move(rows), path.string());
+  file.set_times(std::move(times));
+  return file;
 }
 
 }  // namespace sdmt::mot

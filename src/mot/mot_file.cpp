@@ -171,6 +171,11 @@ std::span<const Detection> DetectionFile::frame(int frame) const {
   return std::span(detections_).subspan(first, count);
 }
 
+std::optional<double> DetectionFile::time(int frame) const {
+  const auto found = times_.find(frame);
+  return found == times_.end() ? std::nullopt : std::optional(found->second);
+}
+
 std::span<const float> DetectionFile::embeddings(int frame) const {
   const auto [first, count] = range(frame);
   return std::span(embeddings_).subspan(first * dimension_, count * dimension_);

@@ -6,6 +6,7 @@
 
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
 #include <sstream>
 
 #include "cli/track_scene.h"
@@ -96,6 +97,29 @@ TEST_F(TrackBoxes, LiveBoxesAreAnsweredAtOnce) {
   const auto result = process.wait();
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("standard input:6: boxes[0] is [1,2], expected [left, top"));
+}
+
+// Somebody walks on while half a second is lost.
+TEST_F(TrackBoxes, TimesOfAFileTellHowFarPeopleGot) {
+  std::string lines;
+  for (int frame = 1; frame <= 40; ++frame) {
+    const int at = frame <= 20 ? frame : frame + 5;
+    lines += "{\"boxes\":[[" + std::to_string(10 + 9 * at) +
+             ",20,30,60]],\"scores\":[0.9],\"time\":" + std::to_string(0.1 * at) + "}\n";
+  }
+  write_file(folder_ / "boxes.jsonl", lines);
+  const std::string scene = motion_sequence("scene", 40, 1);
+  const auto ids = [&](const std::vector<std::string>& words) {
+    std::vector<std::string> all{"--no-appearance", "--no-association", "--detections",
+                                 folder_ / "boxes.jsonl"};
+    all.insert(all.end(), words.begin(), words.end());
+    EXPECT_EQ(track(scene, all).exit_code, 0);
+    std::set<int> seen;
+    for (const auto& row : mot::read_results(folder_ / "tracks.txt")) seen.insert(row.id);
+    return seen.size();
+  };
+  EXPECT_EQ(ids({}), 2u);
+  EXPECT_EQ(ids({"--frame-rate", "10"}), 1u);
 }
 
 // Two people meet and turn back where motion has them pass each other; the one at the right keeps

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -72,6 +73,9 @@ class DetectionFile {
   std::span<const float> embeddings(int frame) const;
   /// Values of an embedding; 0 where boxes came without.
   int dimension() const { return dimension_; }
+  /// When the frame was taken, in seconds, where the file says so.
+  std::optional<double> time(int frame) const;
+  void set_times(std::map<int, double> times) { times_ = std::move(times); }
   /// All boxes by frame.
   std::span<const Detection> detections() const { return detections_; }
   /// Largest frame number, 0 when the file is empty.
@@ -98,6 +102,7 @@ class DetectionFile {
   int dimension_ = 0;
   std::vector<int> frames_;         // those that have detections, ascending
   std::vector<std::size_t> first_;  // index of the first detection of each of them
+  std::map<int, double> times_;     // by frame
   int columns_ = 0;
   std::map<int, std::size_t> classes_;
 };

@@ -22,11 +22,13 @@ class FileDetections : public DetectionSource {
   std::vector<mot::Detection> detect(const Frame& frame) override {
     const auto boxes = file_.frame(frame.number);
     if (file_.dimension() > 0) embeddings_.set(boxes, file_.embeddings(frame.number));
+    time_ = file_.time(frame.number);
     return {boxes.begin(), boxes.end()};
   }
   std::string implausibility(int width, int height) const override {
     return mot::describe_implausible(file_, width, height);
   }
+  std::optional<double> time() const override { return time_; }
   int last_frame() const override { return file_.last_frame(); }
   std::filesystem::path file() const override { return path_; }
   std::optional<ScoreRange> score_range() const override;
@@ -38,6 +40,7 @@ class FileDetections : public DetectionSource {
   mot::DetectionFile file_;
   std::filesystem::path path_;
   track::GivenEmbeddings embeddings_;
+  std::optional<double> time_;
 };
 
 }  // namespace sdmt::pipeline
