@@ -38,8 +38,8 @@ TrackerOptions TrackerOptions::paper() {
 
 TrackerOptions TrackerOptions::online() {
   TrackerOptions options;
-  options.motion.max_misses = 30;
-  options.assignment.min_iou = 0.2;
+  options.motion.max_misses = 45;
+  options.assignment.min_iou = 0.1;
   options.confidence.min_length = 2;
   options.association.enabled = false;
   options.output.report = ReportBox::filtered;
