@@ -22,7 +22,7 @@ class RunStateTest : public testing::Test {
  protected:
   // Two people for 30 frames, as far as a run that ends without a word: its state remains.
   void SetUp() override {
-    track::Tracker tracker;
+    track::Tracker tracker(track::TrackerOptions::online());
     RunState state(folder_ / "state", "run", 10);
     state.resume(tracker, [](const auto&) {});
     for (int frame = 1; frame <= 30; ++frame) {
@@ -39,7 +39,7 @@ class RunStateTest : public testing::Test {
   }
 
   std::vector<int> resumed() const {
-    track::Tracker tracker;
+    track::Tracker tracker(track::TrackerOptions::online());
     std::vector<int> frames;
     RunState(folder_ / "state", "run", 10).resume(tracker, [&](const auto& frame) {
       frames.push_back(frame.frame);
