@@ -20,9 +20,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 TEST(Codecs, AreNotWhatTheBinaryStartsWith) {
-#ifdef SDMT_SANITIZED
-  GTEST_SKIP() << "the sanitizers' checks of types need the libraries from the start";
-#endif
+  if (kSanitized) GTEST_SKIP() << "checks of types need the libraries from the start";
   const auto libraries = run_sdmt({}, {{"LD_TRACE_LOADED_OBJECTS", "1"}});
   EXPECT_THAT(libraries.out, AllOf(HasSubstr("libopencv_core"), Not(HasSubstr("imgcodecs")),
                                    Not(HasSubstr("videoio")), Not(HasSubstr("libav"))));

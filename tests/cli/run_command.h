@@ -10,6 +10,14 @@
 
 namespace sdmt::tests {
 
+/// Whether the binary has the sanitizers, which need threads and stacks of their own and report by
+/// standard error.
+#ifdef SDMT_SANITIZED
+inline constexpr bool kSanitized = true;
+#else
+inline constexpr bool kSanitized = false;
+#endif
+
 struct CommandResult {
   int exit_code = -1;  ///< 128 + signal when a signal ended it
   std::string out;

@@ -196,6 +196,7 @@ TEST_F(Terminal, AReaderWhoLeavesIsNoFailureWorthAWord) {
 }
 
 TEST_F(Terminal, StacksThatAreTooSmallArePassedOver) {
+  if (kSanitized) GTEST_SKIP() << "the sanitizers need more";
   const auto result = run_sdmt(
       {"bench", "--architecture", "lite", "--batch", "1", "--repeat", "1", "--threads", "2"},
       {{"OMP_STACKSIZE", "16k"}});
@@ -203,6 +204,7 @@ TEST_F(Terminal, StacksThatAreTooSmallArePassedOver) {
 }
 
 TEST_F(Terminal, ThreadsThatWaitDoNotTakeTheTimeOfOthers) {
+  if (kSanitized) GTEST_SKIP() << "GCC's run-time is in the binary without sanitizers alone";
   // GCC's run-time tells what it was started with.
   const auto spin_count = [](std::vector<std::string> environment) {
     std::vector<std::string> words{"/usr/bin/env", "-u", "OMP_WAIT_POLICY",
@@ -220,6 +222,7 @@ TEST_F(Terminal, ThreadsThatWaitDoNotTakeTheTimeOfOthers) {
 }
 
 TEST_F(Terminal, ThreadsThatTheSystemRefusesAreDoneWithout) {
+  if (kSanitized) GTEST_SKIP() << "the sanitizers start a thread of their own";
   // Limits of processes do not hold for root.
   const std::string limited = "ulimit -u 1; exec \"$0\" \"$@\"";
   std::vector<std::string> words;
