@@ -212,7 +212,9 @@ TEST(CInterface, GivenEmbeddingsTellPeopleApart) {
   // would say so exactly; the smoothed ones of two people who swap stay near the middle.
   for (const auto& frame : all) EXPECT_NEAR(frame.boxes[0].box.left, 52.5, 2.5);
 
+  const sdmt_detection boxes[2] = {{{50, 50, 40, 90}, 0.9}, {{55, 50, 40, 90}, 0.9}};
   const float wrong[4] = {1, 0, 0, 0};
+  input.detections = boxes;
   input.embeddings = wrong;
   EXPECT_EQ(sdmt_tracker_update(tracker.get(), &input, error.get()), SDMT_INVALID_ARGUMENT);
   EXPECT_NE(std::string(sdmt_error_text(error.get())).find("vector 1 has length 0"),
