@@ -173,6 +173,7 @@ int run(int argc, char** argv) {
   const auto report = [&](std::string message, int code) {
     std::replace(message.begin(), message.end(), '\n', ' ');  // one line, whatever a path holds
     say(stderr, "{}: {}\n", command_name(app, typed), sdmt::io::printable(message));
+    let_launcher_pass_on();
     return code;
   };
   if (typed.empty()) return report("sdmt --help lists the commands", kBadInput);

@@ -84,6 +84,10 @@ int launched_rank() {
   return 0;
 }
 
+void let_launcher_pass_on() {
+  if (launched_size() > 1) std::this_thread::sleep_for(std::chrono::milliseconds(500));
+}
+
 Processes::Processes() : group_(&nn::ProcessGroup::alone()) {
   const int size = launched_size();
   if (size == 1) return;

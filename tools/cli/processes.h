@@ -12,6 +12,10 @@ namespace sdmt::tools {
 /// Which of the processes that a launcher (mpirun, srun) started together this one is, as far as
 /// its environment tells: 0 where there is none.
 int launched_rank();
+/// For a process that has said why it fails, before it ends: the launcher then ends all others and
+/// itself, and may lose what it has not passed on by then. Waits a moment where there is a
+/// launcher.
+void let_launcher_pass_on();
 
 /// The processes that work on one command together: those of the launcher, or this one alone. While
 /// it lives, only the first prints.
