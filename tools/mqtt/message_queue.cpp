@@ -82,7 +82,7 @@ void MessageQueue::open_folder() {
   for (const auto& [first, path] : found) read_file(path, first);
   if (!files_.empty()) {
     done_ = std::max(done_, files_.front().first - 1);
-    last_file_ = open_or_fail(files_.back().path, O_WRONLY);
+    last_file_ = open_or_fail(files_.back().path, O_WRONLY | O_APPEND);
     // Of a write that never ended.
     if (::ftruncate(last_file_, static_cast<off_t>(files_.back().bytes)) != 0) {
       fail(files_.back().path, "cannot be cut");
@@ -140,10 +140,9 @@ bool MessageQueue::add(const std::string& topic, const std::string& payload) {
     return false;
   }
   File& file = files_.back();
-  // Over the half of a message that did not fit, which has no line end and is none.
-  if (::lseek(last_file_, static_cast<off_t>(file.bytes), SEEK_SET) < 0 ||
-      io::write_all(last_file_, line) < line.size()) {
-    reader_.close();  // which may hold that half
+  if (!cut_half() || io::write_all(last_file_, line) < line.size()) {
+    half_ = true;
+    cut_half();
     ++dropped_;
     return false;
   }
@@ -152,12 +151,23 @@ bool MessageQueue::add(const std::string& topic, const std::string& payload) {
   return true;
 }
 
+// The half of a message that did not fit; the reader may hold it, too. Where it cannot be cut off,
+// nothing can follow.
+bool MessageQueue::cut_half() {
+  if (!half_) return true;
+  reader_.close();
+  half_ = ::ftruncate(last_file_, static_cast<off_t>(files_.back().bytes)) != 0;
+  return !half_;
+}
+
 bool MessageQueue::open_new_file() {
   const std::int64_t first = end();
   const fs::path path = folder_ / fmt::format("{:0{}}{}", first, kDigits, kExtension);
-  const int descriptor = io::retry(
-      [&] { return ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600); });
+  const int descriptor = io::retry([&] {
+    return ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+  });
   if (descriptor < 0) return false;
+  half_ = false;
   if (last_file_ >= 0) ::close(last_file_);
   last_file_ = descriptor;
   files_.push_back({path, first, 0, 0});

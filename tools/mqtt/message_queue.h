@@ -61,6 +61,7 @@ class MessageQueue {
 
   void open_folder();
   void read_file(const std::filesystem::path& path, std::int64_t first);
+  bool cut_half();
   bool open_new_file();
   void drop_first_file();
   void remove_done_files();
@@ -72,6 +73,7 @@ class MessageQueue {
   mutable std::mutex mutex_;
   int lock_ = -1, done_file_ = -1, last_file_ = -1;
   std::deque<File> files_;  // the last one grows
+  bool half_ = false;       // it ends with a message that is not whole
   std::int64_t done_ = 0;   // the last that has arrived
   std::int64_t dropped_ = 0;
   std::int64_t next_ = 1;       // the next to be given out
