@@ -2,7 +2,9 @@
 #include "sdmt/tuning/tuning_run.h"
 
 #include <atomic>
+#include <functional>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "sdmt/eval/prepare.h"
@@ -20,39 +22,35 @@ namespace sdmt::tuning {
 
 namespace {
 
-// The boxes of a frame that a draw leaves, with their vectors.
-class Draw {
- public:
-  Draw(const TuningPlan& plan, int sequence, int draw)
-      : detections_(plan.sequences[sequence].detections),
-        drop_(draw == 0 ? 0 : plan.drop),
-        random_(plan.seed + static_cast<std::uint64_t>(draw),
-                static_cast<std::uint64_t>(sequence)) {}
-
-  void next(int frame, std::vector<mot::Detection>& boxes, std::vector<float>& vectors) {
+// Hands over, frame by frame, the boxes that a draw leaves, and their vectors.
+void for_each_frame(const TuningPlan& plan, int sequence, int draw,
+                    const std::function<void(std::vector<mot::Detection>& boxes,
+                                             std::span<const float> vectors)>& take) {
+  const TuningSequence& input = plan.sequences[sequence];
+  const auto size = static_cast<std::size_t>(input.detections.dimension());
+  const double drop = draw == 0 ? 0 : plan.drop;
+  nn::Random random(plan.seed + static_cast<std::uint64_t>(draw),
+                    static_cast<std::uint64_t>(sequence));
+  std::vector<mot::Detection> boxes;
+  std::vector<float> vectors;
+  for (int frame = 1; frame <= input.gt.num_frames; ++frame) {
     boxes.clear();
     vectors.clear();
-    const auto all = detections_.frame(frame);
-    const auto rows = detections_.embeddings(frame);
-    const auto size = static_cast<std::size_t>(detections_.dimension());
+    const auto all = input.detections.frame(frame);
+    const auto rows = input.detections.embeddings(frame);
     for (std::size_t i = 0; i < all.size(); ++i) {
-      if (drop_ > 0 && random_.uniform() < drop_) continue;
+      if (drop > 0 && random.uniform() < drop) continue;
       boxes.push_back(all[i]);
       const auto row = rows.subspan(i * size, size);
       vectors.insert(vectors.end(), row.begin(), row.end());
     }
+    take(boxes, vectors);
   }
-
- private:
-  const mot::DetectionFile& detections_;
-  double drop_;
-  nn::Random random_;
-};
+}
 
 std::vector<mot::ResultRow> track_sequence(const TuningPlan& plan, int sequence, int draw,
                                            const track::TrackerOptions& given_options) {
-  const TuningSequence& input = plan.sequences[sequence];
-  track::TrackerOptions options = input.adjusted(given_options);
+  track::TrackerOptions options = plan.sequences[sequence].adjusted(given_options);
   track::GivenEmbeddings embeddings;
   const bool by_appearance = plan.tau_a.has_value();
   if (by_appearance && !options.appearance.tau_a) {
@@ -61,34 +59,26 @@ std::vector<mot::ResultRow> track_sequence(const TuningPlan& plan, int sequence,
   track::Tracker tracker(options, by_appearance ? &embeddings : nullptr);
   static constexpr std::uint8_t kPixel[3] = {};
   const image::ImageView nothing{kPixel, 1, 1, 3, image::ChannelOrder::bgr};
-  Draw drawn(plan, sequence, draw);
   std::vector<mot::ResultRow> rows;
-  std::vector<mot::Detection> boxes;
-  std::vector<float> vectors;
-  for (int frame = 1; frame <= input.gt.num_frames; ++frame) {
-    drawn.next(frame, boxes, vectors);
+  for_each_frame(plan, sequence, draw, [&](auto& boxes, auto vectors) {
     if (by_appearance) embeddings.set(boxes, vectors);
     for (const auto& done : tracker.update(boxes, by_appearance ? &nothing : nullptr)) {
       track::append_results(done, rows);
     }
-  }
+  });
   for (const auto& done : tracker.finish()) track::append_results(done, rows);
   return rows;
 }
 
 std::vector<mot::ResultRow> bytetrack_sequence(const TuningPlan& plan, int sequence, int draw) {
-  const TuningSequence& input = plan.sequences[sequence];
-  const track::TrackerOptions options = input.adjusted(plan.settings.front().options);
+  const track::TrackerOptions options =
+      plan.sequences[sequence].adjusted(plan.settings.front().options);
   track::ByteTracker tracker({.report = track::ReportBox::detection});
-  Draw drawn(plan, sequence, draw);
   std::vector<track::FinishedFrame> frames;
-  std::vector<mot::Detection> boxes;
-  std::vector<float> vectors;
-  for (int frame = 1; frame <= input.gt.num_frames; ++frame) {
-    drawn.next(frame, boxes, vectors);
+  for_each_frame(plan, sequence, draw, [&](auto& boxes, auto) {
     for (mot::Detection& box : boxes) box.score = options.input.probability(box.score);
     frames.push_back(tracker.update(boxes));
-  }
+  });
   std::vector<mot::ResultRow> rows;
   for (const auto& frame : track::smooth_tracks(frames, options.output, options.motion)) {
     track::append_results(frame, rows);
