@@ -74,6 +74,8 @@ std::size_t InferencePlan::add_step(const std::vector<Layer*>& layers, std::size
     }
   } else {
     step.layer = layers[i++];
+    step.norm = dynamic_cast<InstanceNorm*>(step.layer);
+    if (step.norm != nullptr && !next(relu)) step.norm = nullptr;
     step.by_image = dynamic_cast<ReLU*>(step.layer) != nullptr ||
                     dynamic_cast<MaxPool2d*>(step.layer) != nullptr ||
                     dynamic_cast<AvgPool2d*>(step.layer) != nullptr ||
@@ -97,7 +99,9 @@ Shape InferencePlan::Step::output_shape(Shape in) const {
 
 void InferencePlan::Step::run(const Tensor& x, Tensor& y) const {
   const ConvolutionEpilogue epilogue{.relu = relu, .max_pool = max_pool};
-  if (layer != nullptr) {
+  if (norm != nullptr) {
+    norm->normalise(x, y, true, nullptr);
+  } else if (layer != nullptr) {
     layer->infer(x, y);
   } else if (before != nullptr) {
     convolution->forward_after(*before, x, epilogue, y);

@@ -12,10 +12,12 @@ namespace sdmt::nn {
 class BatchNorm;
 class Conv2d;
 class Convolution;
+class InstanceNorm;
 
 /// How layers run one after another in inference: a convolution together with the batch
 /// normalisation, ReLU and MaxPool2d after it, the normalisation folded into a copy of the weights;
-/// and a first convolution of images as the second one reads it. Running is const: it may be done
+/// an instance normalisation with the ReLU after it; and a first convolution of images as the
+/// second one reads it. Running is const: it may be done
 /// in several threads at once.
 class InferencePlan {
  public:
@@ -35,6 +37,7 @@ class InferencePlan {
   struct Folded;
   struct Step {
     Layer* layer = nullptr;              // either this
+    InstanceNorm* norm = nullptr;        // which is this, if a ReLU follows
     Convolution* convolution = nullptr;  // or this, with what follows it
     Convolution* before = nullptr;       // whose rectified result it reads, if they run together
     bool relu = false;

@@ -39,8 +39,10 @@ class InstanceNorm : public NormLayer {
   void infer(const Tensor& x, Tensor& y) const override;
 
  private:
+  friend class InferencePlan;  // runs it together with the ReLU after it
   void train(const Tensor& x, Tensor& y, bool relu) override;
   void gradients(const Tensor& x, const Tensor& dy, Tensor* dx, bool relu) override;
+  /// With relu, a ReLU after it; the statistics of each image go to `kept` unless it is null.
   void normalise(const Tensor& x, Tensor& y, bool relu, ChannelStatistics* kept) const;
 
   InstanceNormOptions options_;
