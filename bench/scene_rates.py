@@ -4,9 +4,10 @@
 
     bench/scene_rates.py --build build --detections det-frcnn.txt --config detector-frcnn PETS09-S2L1
 
-Boxes are given to people of the ground truth (IoU > 0.5); a person's states are the last twenty of
-those of the network's vectors. Of strangers who are in the picture together the share is printed whose
-nearest states exceed the threshold that the tracker learned for two tracks. Needs python3-opencv.
+Boxes are given to people of the ground truth (IoU > 0.5); a person's states are twenty of the vectors
+of his boxes so far, evenly spread over time, as the tracker keeps them. Of strangers who are in the
+picture together the share is printed whose nearest states exceed the threshold that the tracker
+learned for two tracks. Needs python3-opencv.
 """
 import argparse
 import collections
@@ -35,7 +36,7 @@ def stranger_affinities(sdmt, sequence, detections, model):
     embedder = sdmt.Embedder(model)
     boxes = sdmt.read_detections(sequence / "det" / detections)
     truth = sdmt.read_ground_truth(sequence / "gt/gt.txt")
-    states = collections.defaultdict(lambda: collections.deque(maxlen=STATES))
+    seen_of = collections.defaultdict(list)
     found = []
     for frame in range(1, int(truth["frame"].max()) + 1):
         there = (truth["frame"] == frame) & truth["keep"].astype(bool)
@@ -50,15 +51,16 @@ def stranger_affinities(sdmt, sequence, detections, model):
         for i in np.argsort(-iou.max(axis=1)):
             person = iou[i].argmax()
             if iou[i, person] > 0.5 and valid[i] and ids[person] not in present:
-                states[ids[person]].append(vectors[i])
+                seen_of[ids[person]].append(vectors[i])
                 present.append(ids[person])
         if frame % EVERY:
             continue
-        for n, one in enumerate(present):
-            for other in present[:n]:
-                if min(len(states[one]), len(states[other])) == STATES:
-                    product = np.stack(states[one]) @ np.stack(states[other]).T
-                    found.append(1 - np.sqrt(np.clip(2 - 2 * product.max(), 0, None)))
+        known = [np.stack([seen_of[one][k] for k in np.linspace(0, len(seen_of[one]) - 1, STATES)
+                           .round().astype(int)]) for one in present if len(seen_of[one]) >= STATES]
+        for n, one in enumerate(known):
+            for other in known[:n]:
+                nearest = (one @ other.T).max()
+                found.append(1 - np.sqrt(np.clip(2 - 2 * nearest, 0, None)))
     return np.array(found)
 
 

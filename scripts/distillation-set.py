@@ -2,21 +2,29 @@
 # SPDX-License-Identifier: Apache-2.0
 """Makes what a small network is taught with: crops of many places, and a teacher's vectors for them.
 
-  distillation-set.py OUT --teacher NETWORK.onnx [--sequences DIR...] FOLDER...
+  distillation-set.py OUT [--teacher NETWORK.onnx] SOURCE[:VARIANTS:DEGRADED]...
 
-FOLDERs hold crops of people (re-identification sets, or crops without names). Written are
-  OUT/crops/            people of MOT sequences that have frames and ground truth (--sequences)
-  OUT/variants/         --variants of each crop: legs of somebody else, clothes of another colour,
-                        another light; the teacher tells them apart, though nobody has ever worn them
-  OUT/degraded/         --degraded more of each, as worse cameras and detectors show them: shifted,
-                        coarse, blurred, noisy, half hidden
-  OUT/teacher.safetensors   the teacher's unit vectors of all of these and of the FOLDERs' images,
-                        as `sdmt embed` writes them
-for `sdmt train-embedder --unlabelled OUT/crops OUT/variants OUT/degraded --teacher OUT/teacher.safetensors`.
+A SOURCE is a folder of crops (a re-identification set, or crops without names), a folder of MOT
+sequences that have frames and ground truth, or a video with the boxes of its people in it,
+VIDEO=BOXES, as `sdmt detect` writes them. Of each crop are made, on average,
+  VARIANTS   legs of somebody else, clothes of another colour, another light; the teacher tells them
+             apart, though nobody has ever worn them (default 1.5)
+  DEGRADED   the same as worse cameras and detectors show them: shifted, coarse, blurred, noisy,
+             half hidden (default 1.5)
+Written are
+  OUT/crops/            people of the sequences
+  OUT/clip/             people of the video
+  OUT/made/             variants and degraded crops
+  OUT/domains.json      for each image where it comes from and what was done to it; the teacher's
+                        vectors of one such domain have much in common (join-teachers.py --domains)
+  OUT/teacher.safetensors   with --teacher: its unit vectors of all of these and of the folders'
+                        images, as `sdmt embed` writes them
+for `sdmt train-embedder --unlabelled OUT/crops OUT/clip OUT/made --teacher OUT/teacher.safetensors`.
 The teacher is any network that OpenCV's dnn reads; it gets RGB, 128 x 256, with ImageNet's mean and
 deviation. The same seed gives the same crops. Needs python3-opencv and python3-numpy.
 """
 import argparse
+import json
 import pathlib
 
 import cv2
@@ -62,6 +70,27 @@ def crop_sequence(folder, out):
                 continue
             crop = cv2.resize(image[top:bottom, left:right], SIZE, interpolation=cv2.INTER_AREA)
             cv2.imwrite(str(out / f"{folder.name}-{frame.stem}-{int(row[1]):04d}.png"), crop)
+
+
+def crop_video(video, boxes, out):
+    """People at least 60 pixels tall whose score is at least 0.4."""
+    rows = np.loadtxt(boxes, delimiter=",", ndmin=2)
+    reader = cv2.VideoCapture(str(video))
+    frame = count = 0
+    while True:
+        more, image = reader.read()
+        frame += 1
+        if not more:
+            break
+        height, width = image.shape[:2]
+        for row in rows[rows[:, 0] == frame]:
+            left, top = max(0, int(row[2])), max(0, int(row[3]))
+            right, bottom = min(width, int(row[2] + row[4])), min(height, int(row[3] + row[5]))
+            if row[6] < 0.4 or row[5] < 60 or bottom - top < 50 or right - left < 18:
+                continue
+            crop = cv2.resize(image[top:bottom, left:right], SIZE, interpolation=cv2.INTER_AREA)
+            cv2.imwrite(str(out / f"{frame:04d}-{count:05d}.png"), crop)
+            count += 1
 
 
 def recoloured(image, first, last, rng):
@@ -139,42 +168,85 @@ def teach(network, image):
     return vector / np.linalg.norm(vector)
 
 
+class Source:
+    """Crops of one kind of place, and how many others are made of each."""
+
+    def __init__(self, text, out):
+        place, *counts = text.split(":")
+        self.variants, self.degraded = [float(count) for count in counts] or (1.5, 1.5)
+        path = pathlib.Path(place.split("=")[0])
+        self.name = path.stem
+        self.sequences = path.is_dir() and sorted(
+            s for s in path.iterdir() if (s / "gt" / "gt.txt").exists())
+        folder = path
+        if self.sequences:
+            folder = out / "crops"
+            folder.mkdir(parents=True, exist_ok=True)
+            for sequence in self.sequences:
+                crop_sequence(sequence, folder)
+        elif "=" in place:
+            folder = out / "clip"
+            folder.mkdir(parents=True, exist_ok=True)
+            crop_video(path, place.split("=")[1], folder)
+        elif path.name == "bounding_box_train":
+            self.name = path.parent.name
+        self.paths = images_below(folder)
+        self.images = [cv2.resize(read(p), SIZE) for p in self.paths]
+
+    def domain(self, i, kind):
+        """Sequences are places of their own, with too few crops to tell the kinds apart."""
+        if self.sequences:
+            return self.paths[i].name.rsplit("-", 2)[0]
+        return f"{self.name}/{kind}"
+
+
+def whole(count, rng):
+    return int(count) + (rng.random() < count - int(count))
+
+
+def make_others(sources, folder, rng):
+    """Names of what was made, and their domains."""
+    folder.mkdir(parents=True, exist_ok=True)
+    made = {}
+    for source in sources:
+        for i, image in enumerate(source.images):
+            variants, of_degraded = whole(source.variants, rng), whole(source.degraded, rng)
+            for kind, count in (("variant", variants), ("degraded", of_degraded)):
+                for _ in range(count):
+                    same_place = rng.random() < 0.6
+                    others = source.images if same_place else (
+                        sources[rng.integers(len(sources))].images)
+                    images = [image] + [others[k] for k in rng.integers(0, len(others), 6)]
+                    crop = variant(images, 0, rng)
+                    quality = 92
+                    if kind == "degraded":
+                        crop = degraded(images, crop, rng)
+                        quality = int(rng.integers(45, 95))
+                    path = folder / f"{len(made):06d}.jpg"
+                    cv2.imwrite(str(path), crop, [cv2.IMWRITE_JPEG_QUALITY, quality])
+                    made[str(path)] = source.domain(i, kind)
+    return made
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("out", type=pathlib.Path)
-    parser.add_argument("folders", nargs="+")
-    parser.add_argument("--teacher", required=True)
-    parser.add_argument("--sequences", nargs="*", default=[], type=pathlib.Path)
-    parser.add_argument("--variants", type=int, default=3)
-    parser.add_argument("--degraded", type=int, default=6)
-    parser.add_argument("--seed", type=int, default=7)
+    parser.add_argument("sources", nargs="+", metavar="source")
+    parser.add_argument("--teacher")
+    parser.add_argument("--seed", type=int, default=20)
     arguments = parser.parse_args()
 
-    folders = {name: arguments.out / name for name in ("crops", "variants", "degraded")}
-    for folder in folders.values():
-        folder.mkdir(parents=True, exist_ok=True)
-    for sequence in arguments.sequences:
-        crop_sequence(sequence, folders["crops"])
+    sources = [Source(text, arguments.out) for text in arguments.sources]
+    domains = {str(p): s.domain(i, "plain") for s in sources for i, p in enumerate(s.paths)}
+    domains.update(make_others(sources, arguments.out / "made",
+                               np.random.default_rng(arguments.seed)))
+    (arguments.out / "domains.json").write_text(json.dumps(domains))
+    print(f"{len(domains)} crops of {len(set(domains.values()))} domains: {arguments.out}")
 
-    paths = [p for folder in arguments.folders for p in images_below(folder)]
-    if arguments.sequences:
-        paths += images_below(folders["crops"])
-    images = [cv2.resize(read(p), SIZE) for p in paths]
-    rng = np.random.default_rng(arguments.seed)
-    for i in range(len(images)):
-        for k in range(arguments.variants):
-            paths.append(folders["variants"] / f"{i:05d}_{k}.jpg")
-            cv2.imwrite(str(paths[-1]), variant(images, i, rng), [cv2.IMWRITE_JPEG_QUALITY, 92])
-        for k in range(arguments.degraded):
-            paths.append(folders["degraded"] / f"{i:05d}_{k}.jpg")
-            quality = int(rng.integers(45, 95))
-            cv2.imwrite(str(paths[-1]), degraded(images, variant(images, i, rng), rng),
-                        [cv2.IMWRITE_JPEG_QUALITY, quality])
-
-    network = cv2.dnn.readNet(arguments.teacher)
-    vectors = [teach(network, cv2.resize(read(p), SIZE)) for p in paths]
-    write_embeddings(arguments.out / "teacher.safetensors", [str(p) for p in paths], vectors)
-    print(f"{len(paths)} crops, {len(vectors[0])} values each: {arguments.out}")
+    if arguments.teacher:
+        network = cv2.dnn.readNet(arguments.teacher)
+        vectors = [teach(network, cv2.resize(read(p), SIZE)) for p in domains]
+        write_embeddings(arguments.out / "teacher.safetensors", list(domains), vectors)
 
 
 if __name__ == "__main__":
