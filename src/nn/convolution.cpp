@@ -64,6 +64,7 @@ Shape Convolution::output_shape(Shape in) const {
 
 void Convolution::forward(const Tensor& x, ConvolutionEpilogue epilogue, Mode mode,
                           Tensor& y) const {
+  if (weight_.empty()) throw std::logic_error("Conv2d: the weights were given up");
   const Shape out = output_shape(x.shape());
   if (epilogue.max_pool) MaxPool2d().output_shape(out);  // throws when there is nothing to pool
   epilogue.bias = bias();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <stdexcept>
 
 #include "convolution.h"
 #include "kernels/channel_norm.h"
@@ -27,6 +28,9 @@ struct InferencePlan::Folded {
       : source(conv), norm(batch_norm), convolution(conv.options(), weight, bias) {}
 
   void update() {
+    if (source.weight().value.empty()) {
+      throw std::logic_error("Conv2d: the weights were given up");
+    }
     const ChannelAffine affine = norm.affine(norm.running_statistics());
     weight = source.weight().value;
     const int channels = weight.shape().n;
@@ -114,6 +118,11 @@ void InferencePlan::fold() {
   if (folded_current_) return;
   for (const auto& folded : folded_) folded->update();
   folded_current_ = true;
+}
+
+void InferencePlan::release_weights() {
+  fold();
+  for (const auto& folded : folded_) folded->source.weight().value = Tensor();
 }
 
 const Tensor& InferencePlan::run(const Tensor& x, InferenceWorkspace& workspace) const {

@@ -29,6 +29,9 @@ class InferencePlan {
   void fold();
   /// To be called after the values of parameters or buffers were changed.
   void parameters_changed() { folded_current_ = false; }
+  /// Gives up the weights of convolutions that were folded. No change of parameters, and no other
+  /// plan with these layers, may follow.
+  void release_weights();
   /// The result lies in the workspace, where x must not be; it is x itself when there are no
   /// layers.
   const Tensor& run(const Tensor& x, InferenceWorkspace& workspace) const;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "inference_plan.h"
+#include "sdmt/nn/linear.h"
 #include "training_plan.h"
 
 namespace sdmt::nn {
@@ -20,6 +21,9 @@ class InferencePlans {
     if (plan == nullptr) plan = std::make_unique<InferencePlan>(layers(range));
     plan->fold();
     return *plan;
+  }
+  void release_weights() {
+    for (auto& [range, plan] : plans_) plan->release_weights();
   }
   void parameters_changed() {
     for (auto& [range, plan] : plans_) plan->parameters_changed();
@@ -131,6 +135,16 @@ std::vector<NamedTensor> Sequential::named_buffers() {
 
 void Sequential::set_shards(const BatchShards* shards) {
   for (const Entry& entry : entries_) entry.layer->set_shards(shards);
+}
+
+void Sequential::release_for_inference() {
+  const Range all = checked_range(0, -1);
+  for (Layer* layer : layers_in(all)) {
+    if (auto* linear = dynamic_cast<Linear*>(layer)) linear->release_weights();
+  }
+  inference_plans_ = std::make_unique<InferencePlans>();
+  inference_plans_->plan(all, [this](Range range) { return layers_in(range); });
+  inference_plans_->release_weights();
 }
 
 void Sequential::parameters_changed() {

@@ -119,9 +119,8 @@ const nn::Tensor& EmbeddingNetwork::forward(const nn::Tensor& patches, nn::Mode 
 }
 
 void EmbeddingNetwork::release_for_inference() {
-  for (int i = 0; i < head_->size(); ++i) {
-    if (auto* linear = dynamic_cast<nn::Linear*>(&head_->layer(i))) linear->release_weights();
-  }
+  trunk_->release_for_inference();
+  head_->release_for_inference();
 }
 
 void EmbeddingNetwork::parameters_changed() {

@@ -268,6 +268,33 @@ TEST(Sequential, FoldedNormalizationFollowsTheParameters) {
   }
 }
 
+TEST(Sequential, ReleasedItInfersTheSameAtAnySizeOfMapAndDoesNotTrain) {
+  Random random(14);
+  Sequential net, released;
+  build_normalized(net, 1);
+  build_normalized(released, 1);
+  released.release_for_inference();
+  const Tensor x = random_tensor({3, 17, 13, 3}, random);
+  EXPECT_EQ(copy(released.forward(x, Mode::inference)), copy(net.forward(x, Mode::inference)));
+  // Another tile, which the folded weights have yet to be transformed for.
+  Sequential convolutions, released_convolutions;
+  for (Sequential* one : {&convolutions, &released_convolutions}) {
+    auto conv = std::make_unique<Conv2d>(Conv2dOptions{.in_channels = 8, .out_channels = 16});
+    Random weights(3);
+    conv->reset_parameters(weights);
+    one->add("conv", std::move(conv))
+        .add("bn", std::make_unique<BatchNorm>(BatchNormOptions{.num_features = 16}));
+  }
+  released_convolutions.release_for_inference();
+  EXPECT_TRUE(released_convolutions.named_parameters().front().parameter->value.empty());
+  for (const Shape shape : {Shape{1, 64, 32, 8}, Shape{1, 8, 4, 8}}) {
+    const Tensor map = random_tensor(shape, random);
+    EXPECT_EQ(copy(released_convolutions.forward(map, Mode::inference)),
+              copy(convolutions.forward(map, Mode::inference)));
+  }
+  EXPECT_THROW(released.forward(x, Mode::training), std::logic_error);
+}
+
 TEST(Sequential, BackwardStopsBelowTheLowestTrainableLayer) {
   Random random(5);
   const Tensor x = random_tensor({2, 10, 6, 3}, random);

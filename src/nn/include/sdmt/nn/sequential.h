@@ -68,6 +68,10 @@ class Sequential {
   std::vector<NamedTensor> named_buffers();
   /// Tells every layer; see Layer::set_shards().
   void set_shards(const BatchShards* shards);
+  /// Gives up the weights that inference through all layers has a copy of, see
+  /// Linear::release_weights(); of convolutions, those into which a batch normalisation was folded.
+  /// Only inference through all layers may follow.
+  void release_for_inference();
   /// Tells every layer; see Layer::parameters_changed().
   void parameters_changed();
 

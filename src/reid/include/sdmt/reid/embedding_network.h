@@ -57,7 +57,8 @@ class EmbeddingNetwork {
   const nn::Tensor& forward(const nn::Tensor& patches, nn::Mode mode);
 
   /// Gives up what only training and saving need, where inference has its own copy: with float16
-  /// weights 67 MB of vgg16. Only infer(), or forward() in inference mode, may follow.
+  /// weights 67 MB of vgg16, and what batch normalisations are folded into, 7 MB of lite. Only
+  /// infer(), or forward() in inference mode, may follow.
   void release_for_inference();
 
   /// A parameter or running statistic of the network.
