@@ -8,7 +8,6 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
-#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -16,6 +15,7 @@
 #include <stdexcept>
 
 #include "cli/run_command.h"
+#include "pipeline/file_size_limit.h"
 #include "pipeline/unread_camera.h"
 #include "sdmt/pipeline/frame_source.h"
 #include "sdmt/pipeline/track_writers.h"
@@ -28,6 +28,7 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using tests::FileSizeLimit;
 using tests::read_file;
 using tests::TemporaryFolder;
 using tests::write_file;
@@ -229,26 +230,6 @@ std::string fill(const fs::path& path, int frames) {
   EXPECT_EQ(readable_frames(path), frames);
   return "";
 }
-
-// A limit on the size of files, which needs no rights: writing beyond it fails as on a full disk.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
-    ::getrlimit(RLIMIT_FSIZE, &old_);
-    const rlimit limit{bytes, old_.rlim_max};
-    ::setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FileSizeLimit() {
-    ::setrlimit(RLIMIT_FSIZE, &old_);
-    std::signal(SIGXFSZ, handler_);
-  }
-  FileSizeLimit(const FileSizeLimit&) = delete;
-  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-
- private:
-  rlimit old_{};
-  void (*handler_)(int);
-};
 
 TEST(Video, AFileThatMayNotGrowIsAFailure) {
   const TemporaryFolder folder;
