@@ -17,7 +17,7 @@ foreach(package hwy OpenCV fmt nlohmann_json CLI11)
   endif()
 endforeach()
 find_package(PkgConfig QUIET)
-foreach(package ompi libavformat cpp-httplib libmosquitto)
+foreach(package ompi libavformat libturbojpeg cpp-httplib libmosquitto)
   if(PkgConfig_FOUND)
     pkg_check_modules(sbom_${package} QUIET ${package})
   endif()
@@ -46,6 +46,8 @@ sdmt_spdx(highway highway "${hwy_VERSION}" https://github.com/google/highway Apa
 sdmt_spdx(opencv opencv "${OpenCV_VERSION}" https://opencv.org Apache-2.0 DYNAMIC_LINK)
 sdmt_spdx(ffmpeg "FFmpeg (libavformat, libavcodec, libavutil, libswscale)"
   "${sbom_libavformat_VERSION}" https://ffmpeg.org GPL-2.0-or-later DYNAMIC_LINK)
+sdmt_spdx(libjpeg-turbo libjpeg-turbo "${sbom_libturbojpeg_VERSION}" https://libjpeg-turbo.org
+  "BSD-3-Clause AND IJG" DYNAMIC_LINK)
 sdmt_spdx(fmt fmt "${fmt_VERSION}" https://fmt.dev MIT DYNAMIC_LINK)
 if(TARGET sdmt_mpi)
   sdmt_spdx(openmpi "Open MPI" "${sbom_ompi_VERSION}" https://www.open-mpi.org BSD-3-Clause
@@ -125,7 +127,7 @@ sdmt_deb(libsdmt0 SECTION libs SUMMARY "online pedestrian tracking, C interface"
 sdmt_deb(libsdmt-dev SECTION libdevel SUMMARY "online pedestrian tracking, development files"
   TEXT "Header and link of the C interface, and the static C++ libraries of sdmt with\ntheir headers, CMake and pkg-config files and examples."
   DEPENDS "libsdmt0 (= ${version})"
-  SUGGESTS "libhwy-dev, libopencv-dev, libavformat-dev, libswscale-dev, libfmt-dev, g++, cmake")
+  SUGGESTS "libhwy-dev, libopencv-dev, libturbojpeg0-dev, libavformat-dev, libswscale-dev, libfmt-dev, g++, cmake")
 if(TARGET _sdmt)
   math(EXPR next "${Python_VERSION_MINOR} + 1")
   set(python ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR})

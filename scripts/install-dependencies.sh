@@ -15,6 +15,7 @@ packages=(
   nlohmann-json3-dev       # model metadata, reports, configuration
   libcli11-dev libfmt-dev  # command line and text of the binary
   libopencv-dev            # images and video of the binary and of training
+  libturbojpeg0-dev        # JPEGs, without the libraries behind OpenCV's codecs
   libavformat-dev libavcodec-dev libswscale-dev  # live streams
   libcpp-httplib-dev       # the page of sdmt track --serve; it builds without
   libmosquitto-dev         # the messages of sdmt track --mqtt; it builds without

@@ -12,6 +12,7 @@
 
 #include "image_codec.h"
 #include "image_truncation.h"
+#include "jpeg_decoder.h"
 #include "sdmt/io/first_error.h"
 
 namespace sdmt::media {
@@ -40,6 +41,11 @@ std::vector<std::uint8_t> read_bytes(const std::filesystem::path& path) {
   return bytes;
 }
 
+std::optional<image::Image> decode(std::span<const std::uint8_t> bytes) {
+  auto image = decode_plain_jpeg(bytes);
+  return image ? std::move(image) : decode_pixels(bytes);
+}
+
 }  // namespace
 
 image::Image read_image(const std::filesystem::path& path) {
@@ -47,13 +53,13 @@ image::Image read_image(const std::filesystem::path& path) {
   if (is_truncated_image(bytes)) {
     throw std::invalid_argument(path.string() + ": not a readable image: it is cut short");
   }
-  auto image = decode_pixels(bytes);
+  auto image = decode(bytes);
   if (!image) throw std::invalid_argument(path.string() + ": not a readable image");
   return std::move(*image);
 }
 
 image::Image decode_image(std::span<const std::uint8_t> bytes) {
-  auto image = decode_pixels(bytes);
+  auto image = decode(bytes);
   if (!image) throw std::invalid_argument("not the bytes of an image");
   return std::move(*image);
 }

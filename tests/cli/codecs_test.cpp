@@ -33,15 +33,23 @@ TEST(Codecs, ThatAreNotThereEndOnlyWhatNeedsThem) {
   const auto made = run_sdmt({"synth", "reid", "--output", folder / "reid", "--identities", "4"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   reid::testing_support::write_formula_model(folder / "m.safetensors");
-  const auto result =
-      run_command({folder / "sdmt", "validate-roc", "--data", folder / "reid", "--model",
-                   folder / "m.safetensors", "--json", folder / "v.json"});
+  const auto without_codecs = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), folder / "sdmt");
+    return run_command(words);
+  };
+  const auto jpegs = without_codecs({"validate-roc", "--data", folder / "reid", "--model",
+                                     folder / "m.safetensors", "--json", folder / "v.json"});
+  EXPECT_EQ(jpegs.exit_code, 0) << jpegs.err;
+
+  write_file(folder / "picture.ppm", "P3 1 1 255 1 2 3\n");
+  const auto result = without_codecs({"embed", folder / "picture.ppm", "--model",
+                                      folder / "m.safetensors", "--output", folder / "e"});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.err,
               AllOf(HasSubstr("sdmt-codecs.so, by which images and videos are read and written, "
                               "cannot be loaded: "),
                     EndsWith("; is sdmt installed as a whole?\n")));
-  EXPECT_FALSE(fs::exists(folder / "v.json"));
+  EXPECT_FALSE(fs::exists(folder / "e"));
 }
 
 }  // namespace
