@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sdmt/train/teacher_loss.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <stdexcept>
 #include <string>
@@ -18,6 +20,16 @@ double dot(const T* a, const T* b, std::size_t size) {
 #pragma omp simd reduction(+ : sum)
   for (std::size_t k = 0; k < size; ++k) sum += static_cast<double>(a[k]) * b[k];
   return sum;
+}
+
+constexpr double kTemperature = 0.1;
+
+// log sum exp
+double log_sum(const std::vector<double>& values) {
+  const double largest = *std::max_element(values.begin(), values.end());
+  double sum = 0;
+  for (const double value : values) sum += std::exp(value - largest);
+  return largest + std::log(sum);
 }
 
 template <typename T>
@@ -64,6 +76,39 @@ double match_relations(std::span<const T> embeddings, std::span<const T> teacher
   return loss;
 }
 
+template <typename T>
+double match_similarities(std::span<const T> embeddings, std::span<const T> teacher,
+                          std::size_t images, double weight, std::span<T> gradient) {
+  const std::size_t size = embeddings.size() / images;
+  std::vector<double> losses(images, 0.0);  // by image, so that no thread decides the order
+  io::FirstError error;
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < images; ++i) {
+    error.guard([&] {
+      std::vector<double> ours(images), theirs(images), pull(size, 0.0);
+      for (std::size_t j = 0; j < images; ++j) {
+        const T* other = teacher.data() + j * size;
+        ours[j] = dot(embeddings.data() + i * size, other, size) / kTemperature;
+        theirs[j] = dot(teacher.data() + i * size, other, size) / kTemperature;
+      }
+      const double our_sum = log_sum(ours), their_sum = log_sum(theirs);
+      for (std::size_t j = 0; j < images; ++j) {
+        const double p = std::exp(ours[j] - our_sum), q = std::exp(theirs[j] - their_sum);
+        losses[i] +=
+            q * ((theirs[j] - their_sum) - (ours[j] - our_sum)) / static_cast<double>(images);
+        const double factor = weight * (p - q) / (kTemperature * static_cast<double>(images));
+        const T* other = teacher.data() + j * size;
+        for (std::size_t k = 0; k < size; ++k) pull[k] += factor * other[k];
+      }
+      for (std::size_t k = 0; k < size; ++k) gradient[i * size + k] += static_cast<T>(pull[k]);
+    });
+  }
+  error.rethrow();
+  double loss = 0;
+  for (const double part : losses) loss += part;
+  return loss;
+}
+
 }  // namespace
 
 template <typename T>
@@ -73,16 +118,22 @@ double teacher_loss(std::span<const T> embeddings, std::span<const T> teacher, i
   const bool fits = images >= 1 && embeddings.size() % count == 0 && teacher.size() % count == 0 &&
                     gradient.size() == embeddings.size();
   const bool right =
-      match == TeacherMatch::projection ? teacher.size() == embeddings.size() : images >= 2;
+      match == TeacherMatch::relations ? images >= 2 : teacher.size() == embeddings.size();
   if (!fits || !right) {
     throw std::invalid_argument("teacher loss: " + std::to_string(images) + " images with " +
                                 std::to_string(embeddings.size()) + " values, " +
                                 std::to_string(teacher.size()) + " of the teacher and " +
                                 std::to_string(gradient.size()) + " of the gradient");
   }
-  return match == TeacherMatch::projection
-             ? match_vectors(embeddings, teacher, images, weight, gradient)
-             : match_relations(embeddings, teacher, count, weight, gradient);
+  switch (match) {
+    case TeacherMatch::projection:
+      return match_vectors(embeddings, teacher, images, weight, gradient);
+    case TeacherMatch::relations:
+      return match_relations(embeddings, teacher, count, weight, gradient);
+    case TeacherMatch::similarities:
+      return match_similarities(embeddings, teacher, count, weight, gradient);
+  }
+  throw std::logic_error("teacher loss: no such match");
 }
 
 template double teacher_loss(std::span<const float>, std::span<const float>, int, TeacherMatch,

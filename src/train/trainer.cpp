@@ -71,7 +71,7 @@ struct Trainer::Run {
     network.set_shards(&shards);
     best.scores.assign(data.validation.size(), 0.0);
     if (options.average > 0) average.emplace(options.average).start(network.state());
-    if (options.teacher_match == TeacherMatch::projection && !data.teacher.empty()) {
+    if (options.teacher_match != TeacherMatch::relations && !data.teacher.empty()) {
       const nn::Shape map = model.network.trunk().output_shape(model.network.input_shape(1));
       teacher = project(data.teacher, model.network.head().output_shape(map).c);
     } else {

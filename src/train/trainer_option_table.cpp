@@ -61,9 +61,12 @@ void add_losses(Table& table) {
               "triplet: steepness of the soft margin");
   table.group("loss")
       .choice("teacher-match", &TrainerOptions::teacher_match,
-              {{"projection", TeacherMatch::projection}, {"relations", TeacherMatch::relations}},
+              {{"projection", TeacherMatch::projection},
+               {"relations", TeacherMatch::relations},
+               {"similarities", TeacherMatch::similarities}},
               "projection: the teacher's vectors, in their principal axes where they have more "
-              "dimensions; relations: dot products of the images of a batch")
+              "dimensions; relations: dot products of the images of a batch; similarities: which "
+              "of the batch's images the teacher would take for which")
       .number("teacher-weight", &TrainerOptions::teacher_weight, kPositive,
               "of the teacher's loss");
 }

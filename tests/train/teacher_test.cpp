@@ -49,7 +49,8 @@ TEST(TeacherLoss, ItsGradientIsThatOfDifferencesWithTheIdentitiesLoss) {
   BatchHardOptions metric;
   metric.kind = LossKind::triplet;
   for (const auto& [match, teacher_size] :
-       {std::pair(TeacherMatch::projection, kSize), std::pair(TeacherMatch::relations, 7)}) {
+       {std::pair(TeacherMatch::projection, kSize), std::pair(TeacherMatch::relations, 7),
+        std::pair(TeacherMatch::similarities, kSize)}) {
     std::vector<double> e = unit_rows(kImages, kSize, 1);
     const std::vector<double> teacher = unit_rows(kImages, teacher_size, 2);
     constexpr double kWeight = 0.7;
@@ -82,25 +83,43 @@ TEST(TeacherLoss, IsItsDefinition) {
   constexpr int kImages = 4, kSize = 3;
   const auto e = unit_rows(kImages, kSize, 3), t = unit_rows(kImages, kSize, 4);
   std::vector<double> gradient(e.size());
-  const auto row_dot = [](const std::vector<double>& v, int i, int j) {
+  const auto row_dot = [](const std::vector<double>& a, const std::vector<double>& b, int i,
+                          int j) {
     double sum = 0;
-    for (int k = 0; k < kSize; ++k) sum += v.at(i * kSize + k) * v.at(j * kSize + k);
+    for (int k = 0; k < kSize; ++k) sum += a.at(i * kSize + k) * b.at(j * kSize + k);
     return sum;
   };
   double squares = 0, relations = 0;
   for (std::size_t k = 0; k < e.size(); ++k) squares += (e[k] - t[k]) * (e[k] - t[k]);
   for (int i = 0; i < kImages; ++i) {
     for (int j = 0; j < i; ++j) {
-      relations += std::pow(row_dot(e, i, j) - row_dot(t, i, j), 2);
+      relations += std::pow(row_dot(e, e, i, j) - row_dot(t, t, i, j), 2);
     }
   }
   EXPECT_NEAR(teacher_loss<double>(e, t, kImages, TeacherMatch::projection, 1, gradient),
               squares / 4, 1e-12);
   EXPECT_NEAR(teacher_loss<double>(e, t, kImages, TeacherMatch::relations, 1, gradient),
               relations / 6, 1e-12);
-  EXPECT_THROW(teacher_loss<double>(e, unit_rows(kImages, 4, 1), kImages, TeacherMatch::projection,
-                                    1, gradient),
-               std::invalid_argument);
+  double divergence = 0;
+  for (int i = 0; i < kImages; ++i) {
+    double ours = 0, theirs = 0;
+    for (int j = 0; j < kImages; ++j) {
+      ours += std::exp(10 * row_dot(e, t, i, j));
+      theirs += std::exp(10 * row_dot(t, t, i, j));
+    }
+    for (int j = 0; j < kImages; ++j) {
+      const double q = std::exp(10 * row_dot(t, t, i, j)) / theirs;
+      divergence += q * std::log(q / (std::exp(10 * row_dot(e, t, i, j)) / ours));
+    }
+  }
+  EXPECT_NEAR(teacher_loss<double>(e, t, kImages, TeacherMatch::similarities, 1, gradient),
+              divergence / 4, 1e-12);
+  EXPECT_NEAR(teacher_loss<double>(t, t, kImages, TeacherMatch::similarities, 1, gradient), 0,
+              1e-12);
+  for (const auto match : {TeacherMatch::projection, TeacherMatch::similarities}) {
+    EXPECT_THROW(teacher_loss<double>(e, unit_rows(kImages, 4, 1), kImages, match, 1, gradient),
+                 std::invalid_argument);
+  }
   EXPECT_THROW(teacher_loss<double>(e, t, 5, TeacherMatch::relations, 1, gradient),
                std::invalid_argument);
 }
@@ -274,7 +293,7 @@ class TeacherTest : public testing::Test {
 TEST_F(TeacherTest, AStudentLearnsTheTeachersVectors) {
   for (const auto& [match, dimensions] :
        {std::pair(TeacherMatch::projection, 24), std::pair(TeacherMatch::projection, 200),
-        std::pair(TeacherMatch::relations, 200)}) {
+        std::pair(TeacherMatch::relations, 200), std::pair(TeacherMatch::similarities, 200)}) {
     teach(dimensions);
     TrainerOptions options = trainer_options();
     options.teacher_match = match;
@@ -327,7 +346,9 @@ TEST_F(TeacherTest, ResumedItEndsInTheSameBytesOnAnyNumberOfThreads) {
   TrainerOptions relations = options;
   relations.teacher_match = TeacherMatch::relations;
   relations.first_trained = "fc1";
-  for (const TrainerOptions& each : {options, relations}) {
+  TrainerOptions similarities = options;
+  similarities.teacher_match = TeacherMatch::similarities;
+  for (const TrainerOptions& each : {options, relations, similarities}) {
     const auto checkpoint = data_.path() / "checkpoint";
     const std::string whole = train_set(load_training_set(options_), each).bytes;
     train_set(load_training_set(options_), each, 4, checkpoint);
