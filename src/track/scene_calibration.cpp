@@ -8,16 +8,18 @@ namespace sdmt::track {
 
 namespace {
 
-// The prior counts as much as so many observations.
-constexpr double kPriorWeight = 30;
+// The prior counts as much as so many observations, and the less the more there are: it may lie so
+// far from what is seen that it would still move the rarest rates after a thousand.
+constexpr double kPriorObservations = 30;
 // A person may fail the gate of assignment by appearance alone this often.
 constexpr double kOwnMisses = 0.01;
 // Comparisons of whole tracks in a frame: each is of some hundred pairs of vectors.
 constexpr std::size_t kMostTracks = 8;
 
 double blended(double learned, std::int64_t observations, double prior) {
-  const auto n = static_cast<double>(observations);
-  return (n * learned + kPriorWeight * prior) / (n + kPriorWeight);
+  const double n = static_cast<double>(observations) / kPriorObservations;
+  const double weight = n + n * n;
+  return (weight * learned + prior) / (weight + 1);
 }
 
 double blended(const AffinityHistogram& seen, double share, double prior) {
@@ -59,7 +61,12 @@ void SceneCalibration::learn(int frame, const Tracklets& active, const FrameDete
                                                       appearance_.gallery_distance));
     const bool both = one.tracklet->confidence.positive(confidence_) &&
                       other.tracklet->confidence.positive(confidence_);
-    if (!both || i >= kMostTracks) continue;
+    const bool in_turn = (i + static_cast<std::size_t>(frame)) % seen_.size() < kMostTracks;
+    if (!both || !in_turn) continue;
+    // The nearest of few states is further away than tracks that have lived for a while are.
+    const std::size_t states =
+        std::min(one.tracklet->gallery.size(), other.tracklet->gallery.size());
+    if (2 * states < static_cast<std::size_t>(appearance_.gallery_size)) continue;
     stranger_tracks_.add(
         1 - one.tracklet->gallery.distance(other.tracklet->gallery, appearance_.gallery_distance));
   }
