@@ -15,6 +15,8 @@ constexpr double kPriorObservations = 30;
 constexpr double kOwnMisses = 0.01;
 // Comparisons of whole tracks in a frame: each is of some hundred pairs of vectors.
 constexpr std::size_t kMostTracks = 8;
+// States of tracks that are compared as tracks, at least; fewer where galleries hold fewer.
+constexpr int kGrownGallery = 10;
 
 double blended(double learned, std::int64_t observations, double prior) {
   const double n = static_cast<double>(observations) / kPriorObservations;
@@ -63,10 +65,11 @@ void SceneCalibration::learn(int frame, const Tracklets& active, const FrameDete
                       other.tracklet->confidence.positive(confidence_);
     const bool in_turn = (i + static_cast<std::size_t>(frame)) % seen_.size() < kMostTracks;
     if (!both || !in_turn) continue;
-    // The nearest of few states is further away than tracks that have lived for a while are.
+    // The nearest of few states is further away than that of tracks that have lived for a while.
     const std::size_t states =
         std::min(one.tracklet->gallery.size(), other.tracklet->gallery.size());
-    if (2 * states < static_cast<std::size_t>(appearance_.gallery_size)) continue;
+    if (states < static_cast<std::size_t>(std::min(kGrownGallery, appearance_.gallery_size)))
+      continue;
     stranger_tracks_.add(
         1 - one.tracklet->gallery.distance(other.tracklet->gallery, appearance_.gallery_distance));
   }
