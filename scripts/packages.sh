@@ -23,6 +23,7 @@ fi
 inside() { chroot "$root" env DEBIAN_FRONTEND=noninteractive LC_ALL=C "$@"; }
 mount -t proc proc "$root/proc"
 trap 'umount "$root/proc"' EXIT
+rm -rf "$root/scene"  # of an earlier try
 build-package/sdmt synth scene --output "$root/scene" --frames 60 --width 320 --height 180
 mkdir -p "$root/packages" && cp build-package/*.deb "$root/packages/"
 inside apt-get update -qq
