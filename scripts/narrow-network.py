@@ -15,40 +15,20 @@ statistics remain those of `init-model`: train before you use it. Needs python3-
 import argparse
 import json
 import math
-import pathlib
-import struct
 
 import numpy as np
 
-KINDS = {"F32": np.float32, "F16": np.float16}
+from tensor_file import read_tensors, write_tensors
+
 NORMS = ("BatchNorm2d", "InstanceNorm2d", "BatchNorm1d")
 
 
 def read_model(path):
-    data = pathlib.Path(path).read_bytes()
-    begin = 8 + struct.unpack("<Q", data[:8])[0]
-    header = json.loads(data[8:begin])
-    metadata = header.pop("__metadata__")
-    tensors = {}
-    for name, entry in header.items():
-        first, end = (begin + offset for offset in entry["data_offsets"])
-        values = np.frombuffer(data[first:end], KINDS[entry["dtype"]])
-        tensors[name] = values.reshape(entry["shape"]).astype(np.float32)
-    return metadata, tensors
-
-
-def write_model(path, metadata, tensors):
-    header, at = {"__metadata__": metadata}, 0
-    for name, values in tensors.items():
-        header[name] = {"dtype": "F32", "shape": list(values.shape),
-                        "data_offsets": [at, at + values.nbytes]}
-        at += values.nbytes
-    text = json.dumps(header).encode()
-    text += b" " * (-len(text) % 8)
-    whole = pathlib.Path(f"{path}.part")
-    whole.write_bytes(struct.pack("<Q", len(text)) + text +
-                      b"".join(v.tobytes() for v in tensors.values()))
-    whole.replace(path)
+    try:
+        metadata, tensors = read_tensors(path)
+        return metadata, tensors, stages(metadata)
+    except (ValueError, KeyError) as error:
+        raise SystemExit(f"{path}: is no model file ({error})")
 
 
 def stages(metadata):
@@ -81,7 +61,7 @@ def narrow(wide_stages, wide, into_stages, into):
             stay = np.sort(np.argsort(-worth, kind="stable")[:wanted])
         else:
             stay = np.arange(channels)
-        if wanted > channels or len(stay) != wanted:
+        if len(stay) != wanted:
             raise SystemExit(f"{to} has {wanted} channels, the wider network {channels}")
         rows = weight[stay]
         if kept is not None:
@@ -105,13 +85,12 @@ def main():
     parser.add_argument("wide", metavar="FROM")
     parser.add_argument("into", metavar="INTO")
     arguments = parser.parse_args()
-    wide_metadata, wide = read_model(arguments.wide)
-    metadata, into = read_model(arguments.into)
-    wide_stages, into_stages = stages(wide_metadata), stages(metadata)
+    _, wide, wide_stages = read_model(arguments.wide)
+    metadata, into, into_stages = read_model(arguments.into)
     if len(wide_stages) != len(into_stages):
         raise SystemExit(f"{arguments.into} has {len(into_stages)} layers with weights, "
                          f"{arguments.wide} {len(wide_stages)}")
-    write_model(arguments.into, metadata, narrow(wide_stages, wide, into_stages, into))
+    write_tensors(arguments.into, metadata, narrow(wide_stages, wide, into_stages, into))
     print(f"{arguments.into}: {sum(v.size for v in into.values()):,} of "
           f"{sum(v.size for v in wide.values()):,} values")
 

@@ -44,30 +44,19 @@ double match_vectors(std::span<const T> embeddings, std::span<const T> teacher, 
   return loss;
 }
 
-template <typename T>
-double match_relations(std::span<const T> embeddings, std::span<const T> teacher,
-                       std::size_t images, double weight, std::span<T> gradient) {
-  const std::size_t size = embeddings.size() / images, teacher_size = teacher.size() / images;
-  const double share = 1.0 / (static_cast<double>(images) * static_cast<double>(images - 1));
-  std::vector<double> losses(images, 0.0);  // by image, so that no thread decides the order
+// By all threads: pull(i, gradient of image i) returns the image's share of the loss and adds to
+// the gradient, which is in double until it is whole. The same for any number of threads.
+template <typename T, typename Pull>
+double sum_over_images(std::size_t images, std::span<T> gradient, Pull pull) {
+  const std::size_t size = gradient.size() / images;
+  std::vector<double> losses(images, 0.0);
   io::FirstError error;
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < images; ++i) {
     error.guard([&] {
-      const T* e = embeddings.data() + i * size;
-      std::vector<double> pull(size, 0.0);
-      for (std::size_t j = 0; j < images; ++j) {
-        if (j == i) continue;
-        const T* other = embeddings.data() + j * size;
-        const double difference =
-            dot(e, other, size) -
-            dot(teacher.data() + i * teacher_size, teacher.data() + j * teacher_size, teacher_size);
-        losses[i] += share * difference * difference;
-        // Each pair occurs twice in the mean, with i first and with j first.
-        const double factor = 4 * weight * share * difference;
-        for (std::size_t k = 0; k < size; ++k) pull[k] += factor * other[k];
-      }
-      for (std::size_t k = 0; k < size; ++k) gradient[i * size + k] += static_cast<T>(pull[k]);
+      std::vector<double> sum(size, 0.0);
+      losses[i] = pull(i, sum);
+      for (std::size_t k = 0; k < size; ++k) gradient[i * size + k] += static_cast<T>(sum[k]);
     });
   }
   error.rethrow();
@@ -77,36 +66,51 @@ double match_relations(std::span<const T> embeddings, std::span<const T> teacher
 }
 
 template <typename T>
+double match_relations(std::span<const T> embeddings, std::span<const T> teacher,
+                       std::size_t images, double weight, std::span<T> gradient) {
+  const std::size_t size = embeddings.size() / images, teacher_size = teacher.size() / images;
+  const double share = 1.0 / (static_cast<double>(images) * static_cast<double>(images - 1));
+  return sum_over_images(images, gradient, [&](std::size_t i, std::vector<double>& pull) {
+    const T* e = embeddings.data() + i * size;
+    double loss = 0;
+    for (std::size_t j = 0; j < images; ++j) {
+      if (j == i) continue;
+      const T* other = embeddings.data() + j * size;
+      const double difference =
+          dot(e, other, size) -
+          dot(teacher.data() + i * teacher_size, teacher.data() + j * teacher_size, teacher_size);
+      loss += share * difference * difference;
+      // Each pair occurs twice in the mean, with i first and with j first.
+      const double factor = 4 * weight * share * difference;
+      for (std::size_t k = 0; k < size; ++k) pull[k] += factor * other[k];
+    }
+    return loss;
+  });
+}
+
+template <typename T>
 double match_similarities(std::span<const T> embeddings, std::span<const T> teacher,
                           std::size_t images, double weight, std::span<T> gradient) {
   const std::size_t size = embeddings.size() / images;
-  std::vector<double> losses(images, 0.0);  // by image, so that no thread decides the order
-  io::FirstError error;
-#pragma omp parallel for schedule(static)
-  for (std::size_t i = 0; i < images; ++i) {
-    error.guard([&] {
-      std::vector<double> ours(images), theirs(images), pull(size, 0.0);
-      for (std::size_t j = 0; j < images; ++j) {
-        const T* other = teacher.data() + j * size;
-        ours[j] = dot(embeddings.data() + i * size, other, size) / kTemperature;
-        theirs[j] = dot(teacher.data() + i * size, other, size) / kTemperature;
-      }
-      const double our_sum = log_sum(ours), their_sum = log_sum(theirs);
-      for (std::size_t j = 0; j < images; ++j) {
-        const double p = std::exp(ours[j] - our_sum), q = std::exp(theirs[j] - their_sum);
-        losses[i] +=
-            q * ((theirs[j] - their_sum) - (ours[j] - our_sum)) / static_cast<double>(images);
-        const double factor = weight * (p - q) / (kTemperature * static_cast<double>(images));
-        const T* other = teacher.data() + j * size;
-        for (std::size_t k = 0; k < size; ++k) pull[k] += factor * other[k];
-      }
-      for (std::size_t k = 0; k < size; ++k) gradient[i * size + k] += static_cast<T>(pull[k]);
-    });
-  }
-  error.rethrow();
-  double loss = 0;
-  for (const double part : losses) loss += part;
-  return loss;
+  const auto count = static_cast<double>(images);
+  return sum_over_images(images, gradient, [&](std::size_t i, std::vector<double>& pull) {
+    std::vector<double> ours(images), theirs(images);
+    for (std::size_t j = 0; j < images; ++j) {
+      const T* other = teacher.data() + j * size;
+      ours[j] = dot(embeddings.data() + i * size, other, size) / kTemperature;
+      theirs[j] = dot(teacher.data() + i * size, other, size) / kTemperature;
+    }
+    const double our_sum = log_sum(ours), their_sum = log_sum(theirs);
+    double loss = 0;
+    for (std::size_t j = 0; j < images; ++j) {
+      const double p = std::exp(ours[j] - our_sum), q = std::exp(theirs[j] - their_sum);
+      loss += q * ((theirs[j] - their_sum) - (ours[j] - our_sum)) / count;
+      const double factor = weight * (p - q) / (kTemperature * count);
+      const T* other = teacher.data() + j * size;
+      for (std::size_t k = 0; k < size; ++k) pull[k] += factor * other[k];
+    }
+    return loss;
+  });
 }
 
 }  // namespace

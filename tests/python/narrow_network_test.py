@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """scripts/narrow-network.py: channels that say nothing can go, and the vectors stay."""
-import importlib.util
 import json
 import pathlib
 import subprocess
@@ -15,10 +14,7 @@ SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "scripts" / "narrow-netwo
 sys.path.insert(0, str(SCRIPT.parent))
 
 from embeddings import read_embeddings  # noqa: E402
-
-spec = importlib.util.spec_from_file_location("narrow_network", SCRIPT)
-narrow_network = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(narrow_network)
+from tensor_file import read_tensors, write_tensors  # noqa: E402
 
 DEAD = {"norm1": [1, 5, 6, 14], "norm2": [0, 8, 9, 20, 23]}
 
@@ -44,7 +40,7 @@ class NarrowNetwork(InAFolder):
             pixels = rng.integers(0, 256, (32, 16, 3), np.uint8)
             (self.path / f"{i}.ppm").write_bytes(b"P6 16 32 255\n" + pixels.tobytes())
         self.begin("wide", description(16, 24), 1)
-        metadata, tensors = narrow_network.read_model(self.path / "wide")
+        metadata, tensors = read_tensors(self.path / "wide")
         for name, values in tensors.items():
             layer, part = name.split(".")
             if layer in DEAD or layer == "bn":
@@ -52,7 +48,7 @@ class NarrowNetwork(InAFolder):
                 tensors[name] = spread
             if layer in DEAD and part in ("weight", "bias"):
                 tensors[name][DEAD[layer]] = 0
-        narrow_network.write_model(self.path / "wide", metadata, tensors)
+        write_tensors(self.path / "wide", metadata, tensors)
 
     def begin(self, name, layers, seed):
         (self.path / "layers.json").write_text(json.dumps(layers))
@@ -77,20 +73,20 @@ class NarrowNetwork(InAFolder):
     def test_of_those_that_live_the_weakest_go(self):
         self.begin("narrow", description(12, 18), 2)
         self.assertEqual(self.narrow().returncode, 0)
-        wide = narrow_network.read_model(self.path / "wide")[1]
+        wide = read_tensors(self.path / "wide")[1]
         readers = wide["fc.weight"].reshape(12, 24, 4)
         worth = [abs(wide["norm2.weight"][c]) * np.sqrt((readers[:, c] ** 2).sum())
                  for c in range(24)]
         stay = sorted(sorted(range(24), key=lambda c: -worth[c])[:18])
-        narrow = narrow_network.read_model(self.path / "narrow")[1]
+        narrow = read_tensors(self.path / "narrow")[1]
         np.testing.assert_array_equal(narrow["norm2.weight"], wide["norm2.weight"][stay])
         np.testing.assert_array_equal(narrow["conv2.bias"], wide["conv2.bias"][stay])
 
     def test_another_normalisation_keeps_gain_and_shift(self):
         self.begin("narrow", description(16, 24, "InstanceNorm2d"), 2)
         self.assertEqual(self.narrow().returncode, 0)
-        wide = narrow_network.read_model(self.path / "wide")[1]
-        narrow = narrow_network.read_model(self.path / "narrow")[1]
+        wide = read_tensors(self.path / "wide")[1]
+        narrow = read_tensors(self.path / "narrow")[1]
         np.testing.assert_array_equal(narrow["norm1.bias"], wide["norm1.bias"])
         self.assertNotIn("norm1.running_mean", narrow)
 
