@@ -79,7 +79,7 @@ bool is_live(const std::string& input) {
   return input.starts_with("camera:") || input.find("://") != std::string::npos;
 }
 
-PictureSize picture_size(const std::string& input) {
+image::PictureSize picture_size(const std::string& input) {
   if (mot::Sequence::is_sequence(input)) {
     const auto sequence = mot::Sequence::read(input);
     if (sequence.width > 0 && sequence.height > 0) return {sequence.width, sequence.height};
@@ -91,6 +91,11 @@ PictureSize picture_size(const std::string& input) {
     if (frame.has_image()) return {frame.image.width, frame.image.height};
   }
   return {};
+}
+
+image::PictureSize picture_size(const FrameSource& frames, const std::string& input) {
+  const image::PictureSize picture = frames.picture();
+  return picture.width > 0 ? picture : picture_size(input);
 }
 
 }  // namespace sdmt::pipeline

@@ -86,7 +86,7 @@ std::optional<LiveCounts> LiveSource::live() const {
   return counts_;
 }
 
-PictureSize LiveSource::picture() const {
+image::PictureSize LiveSource::picture() const {
   const std::lock_guard lock(mutex_);
   return picture_;
 }

@@ -77,7 +77,7 @@ class LiveStream : public FrameSource {
     const double rate = av_q2d(stream().avg_frame_rate);
     return rate >= kLowestFrameRate && rate <= kHighestFrameRate ? rate : 0;
   }
-  PictureSize picture() const override { return size_; }
+  image::PictureSize picture() const override { return size_; }
   bool endless() const override {
     if (piped_) return false;
     return stream().nb_frames == 0 && format_->duration == AV_NOPTS_VALUE;
@@ -230,7 +230,7 @@ class LiveStream : public FrameSource {
   AVFrame* picture_ = nullptr;
   SwsContext* scaler_ = nullptr;
   int video_ = -1;
-  PictureSize size_;
+  image::PictureSize size_;
   int number_ = 0;
   bool drained_ = false;
   std::optional<double> begin_;  // the stream's time of the first frame

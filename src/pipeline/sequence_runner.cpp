@@ -73,6 +73,12 @@ double RunReport::hz_without_embedding() const {
   return rate(stats.frames, tracker_seconds() - stats.embed_seconds);
 }
 
+void fit_to_picture(track::TrackerOptions& options, const FrameSource& frames,
+                    const std::string& input) {
+  if (options.output.amodal != track::OutputOptions::kInputSize) return;
+  options.fit_to_picture(picture_size(frames, input), display_name(input));
+}
+
 RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::Tracker& tracker,
                        bool images, const RunObservers& observers) {
   const auto start = std::chrono::steady_clock::now();

@@ -82,7 +82,7 @@ class Video : public FrameSource {
     const double rate = capture_->get(cv::CAP_PROP_FPS);
     return rate >= kLowestFrameRate && rate <= kHighestFrameRate ? rate : 0;
   }
-  PictureSize picture() const override {
+  image::PictureSize picture() const override {
     if (kind_ == Kind::file) return {};
     const auto pixels = [this](int property) { return static_cast<int>(capture_->get(property)); };
     const int width = pixels(cv::CAP_PROP_FRAME_WIDTH), height = pixels(cv::CAP_PROP_FRAME_HEIGHT);

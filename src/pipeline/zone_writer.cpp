@@ -76,7 +76,7 @@ void ZoneWriter::commit() {
   write_summaries();
 }
 
-void ZoneWriter::follow(std::filesystem::path file, std::function<PictureSize()> size,
+void ZoneWriter::follow(std::filesystem::path file, std::function<image::PictureSize()> size,
                         std::function<zones::ZonePlan()> read) {
   plan_file_ = std::move(file);
   size_ = std::move(size);

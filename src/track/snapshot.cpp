@@ -43,7 +43,7 @@ std::uint64_t checksum(std::span<const std::byte> bytes) {
 /// must be true of what is read. Who adds a field to one of these parts adds it here and raises
 /// kVersion.
 struct Snapshot {
-  static constexpr std::uint32_t kVersion = 3;
+  static constexpr std::uint32_t kVersion = 4;
 
   template <typename Archive>
   static void whole(Archive& archive, int& number, int low, int high) {
@@ -167,6 +167,12 @@ struct Snapshot {
     whole(archive, tracklet.confidence.length, 0, kLatest);
     score(archive, tracklet.confidence.score_sum);
     for (std::uint16_t& boxes : tracklet.unsettled) archive.value(boxes);
+    archive.value(tracklet.shape.aspect);
+    whole(archive, tracklet.shape.boxes, 0, BodyShape::kRecent);
+    archive.check(tracklet.shape.boxes == 0
+                      ? tracklet.shape.aspect == 0
+                      : tracklet.shape.aspect > 0 && tracklet.shape.aspect <= kLargest,
+                  "holds a shape that cannot be");
     fields(archive, tracklet.gallery, dimension);
     fields(archive, tracklet.history, frame);
     archive.check(tracklet.history.entries_.back().frame == tracklet.last_frame,

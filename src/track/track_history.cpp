@@ -2,6 +2,7 @@
 #include "track_history.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "camera_warp.h"
 
@@ -33,7 +34,13 @@ OutputRules::OutputRules(const OutputOptions& options, const MotionOptions& moti
       max_fill(options.max_fill),
       score_noise(motion.score_noise),
       smoother(smoother_noise(options, motion)),
-      smoothing_block(std::max(1, lag / 8)) {}
+      smoothing_block(std::max(1, lag / 8)) {
+  if (options.amodal == OutputOptions::kInputSize) {
+    throw std::invalid_argument(
+        "amodal is auto, expected off or the picture's size, as 1920x1080: a tracker does not know "
+        "its input");
+  }
+}
 
 void TrackHistory::append(int frame, const mot::Cxcywh& measured, const mot::Cxcywh& filtered,
                           double score, BoxSource source) {

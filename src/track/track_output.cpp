@@ -51,6 +51,7 @@ void TrackOutput::decide(const Waiting& waiting, Tracklets& tracklets,
       if (auto box = tracklet->history.at(frame)) {
         box->id = tracklet->id;
         if (!waiting.back.is_still()) box->box = warped(box->box, waiting.back);
+        box->box = tracklet->shape.whole(box->box, options_.amodal);
         boxes.push_back(*box);
         tracks += tracklet->reported ? 0 : 1;
         tracklet->reported = true;

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "body_shape.h"
 #include "track_history.h"
 
 namespace sdmt::track {
@@ -20,6 +21,7 @@ std::vector<FinishedFrame> smooth_tracks(std::span<const FinishedFrame> frames,
   struct Track {
     TrackHistory history;
     int first, last;
+    BodyShape shape = {};
   };
   std::map<int, Track> tracks;
   for (const FinishedFrame& frame : frames) {
@@ -31,6 +33,7 @@ std::vector<FinishedFrame> smooth_tracks(std::span<const FinishedFrame> frames,
       auto& track = tracks.try_emplace(box.id, Track{TrackHistory(rules), frame.frame, frame.frame})
                         .first->second;
       track.last = frame.frame;
+      track.shape.see(box.box, output.amodal);
       const mot::Cxcywh measured = mot::to_cxcywh(box.box);
       track.history.append(frame.frame, measured, measured, box.score, box.source);
     }
@@ -42,6 +45,7 @@ std::vector<FinishedFrame> smooth_tracks(std::span<const FinishedFrame> frames,
       if (frame.frame < track.first || frame.frame > track.last) continue;
       if (auto box = track.history.at(frame.frame)) {
         box->id = id;
+        box->box = track.shape.whole(box->box, output.amodal);
         out.boxes.push_back(*box);
         track.history.forget(frame.frame);
       }

@@ -261,6 +261,7 @@ void Tracker::State::update_tracklets() {
     } else {
       tracklet.confidence.add(score, evidence);
       scene.give(tracklet, score);
+      tracklet.shape.see(detections.boxes[detection], options.output.amodal);
       store_appearance(tracklet, detection);
     }
     tracklet.history.append(frame, box, tracklet.state.box(), score,
@@ -302,6 +303,7 @@ void Tracker::State::start_tracklet(std::size_t detection) {
   tracklet->state = motion.start(box);
   tracklet->confidence.add(score, evidence);
   scene.give(*tracklet, score);
+  tracklet->shape.see(detections.boxes[detection], options.output.amodal);
   store_appearance(*tracklet, detection);
   tracklet->history.append(frame, box, box, score, BoxSource::detected);
   active.push_back(std::move(tracklet));

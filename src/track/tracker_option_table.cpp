@@ -37,6 +37,27 @@ std::string delay_text(int delay) {
   return delay == OutputOptions::kUnlimitedDelay ? "inf" : number_text(delay);
 }
 
+image::PictureSize parse_amodal(std::string_view text) {
+  if (text == "off") return {};
+  if (text == "auto") return OutputOptions::kInputSize;
+  const auto x = text.find('x');
+  const auto size = [](std::string_view number) {
+    return io::parse_number<int>(number).value_or(0);
+  };
+  const image::PictureSize picture{size(text.substr(0, x)),
+                                   x == text.npos ? 0 : size(text.substr(x + 1))};
+  if (picture.width < 1 || picture.height < 1) {
+    io::refuse_value("amodal", io::quoted(text), "off, auto or the picture's size as 1920x1080");
+  }
+  return picture;
+}
+
+std::string amodal_text(const image::PictureSize& picture) {
+  if (picture == image::PictureSize{}) return "off";
+  if (picture == OutputOptions::kInputSize) return "auto";
+  return number_text(picture.width) + "x" + number_text(picture.height);
+}
+
 std::string calibration_text(const std::optional<ScoreCalibration>& calibration) {
   if (!calibration) return "none";
   return number_text(calibration->midpoint) + "," + number_text(calibration->scale);
@@ -182,6 +203,15 @@ void add_output(Table& table) {
               "the smoother's noise of positions, in box heights per frame")
       .number("smoothing-velocity-noise", &OutputOptions::smoothing_velocity_noise, kNoise,
               "the smoother's noise of velocities, in box heights per frame")
+      .value("amodal", &OutputOptions::amodal,
+             "report people whole where the picture's border cuts them",
+             "off, auto (the input's size) or WIDTHxHEIGHT", parse_amodal, amodal_text,
+             [](const image::PictureSize& picture) {
+               if (picture == image::PictureSize{} || picture == OutputOptions::kInputSize) return;
+               if (picture.width < 1 || picture.height < 1) {
+                 io::refuse_value("amodal", amodal_text(picture), "off, auto or a size above 0");
+               }
+             })
       .value("delay", &OutputOptions::delay, "frames between a frame and its output",
              "auto, 0 (strictly online), N or inf", parse_delay, delay_text, [](int delay) {
                io::require(delay >= OutputOptions::kAutoDelay, "delay", delay, ">= 0");

@@ -2,6 +2,7 @@
 #include "sdmt/track/tracker_options.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "sdmt/track/tracker_option_table.h"
 
@@ -65,6 +66,16 @@ int TrackerOptions::memory_frames() const {
 int TrackerOptions::decision_lag() const {
   return output.delay == OutputOptions::kAutoDelay ? auto_delay()
                                                    : std::min(output.delay, auto_delay());
+}
+
+void TrackerOptions::fit_to_picture(const image::PictureSize& picture, const std::string& whose) {
+  if (output.amodal != OutputOptions::kInputSize) return;
+  if (picture.width < 1 || picture.height < 1) {
+    throw std::invalid_argument(whose +
+                                ": the size of its picture is not known, expected --amodal off or "
+                                "WIDTHxHEIGHT");
+  }
+  output.amodal = picture;
 }
 
 void TrackerOptions::validate() const { tracker_option_table().validate(*this); }

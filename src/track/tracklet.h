@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "body_shape.h"
 #include "sdmt/track/appearance_gallery.h"
 #include "sdmt/track/kalman_filter.h"
 #include "sdmt/track/scene.h"
@@ -61,6 +62,7 @@ struct Tracklet {
   TrackletConfidence confidence;
   /// Its boxes by their scores (SceneReport::scores), until it is known to be a person.
   std::array<std::uint16_t, SceneReport::kTenths> unsettled{};
+  BodyShape shape;
   AppearanceGallery gallery;
   TrackHistory history;
 
@@ -72,6 +74,7 @@ struct Tracklet {
     id = older.id;
     first_frame = older.first_frame;
     first_box = older.first_box;
+    if (shape.boxes == 0) shape = older.shape;
     confidence.add(older.confidence);
     gallery.prepend(older.gallery);
     reported = reported || older.reported;

@@ -45,6 +45,7 @@ TuningSequence read_sequence(const std::filesystem::path& folder, const Sequence
 
 track::TrackerOptions TuningSequence::adjusted(track::TrackerOptions options) const {
   if (!options.input.calibration) options.input.calibration = calibration;
+  options.fit_to_picture({sequence.width, sequence.height}, sequence.folder.string());
   return options;
 }
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -126,6 +127,49 @@ TEST_F(Ablate, OnlyTheVariantsAskedForAndNoNetworkForThem) {
   const auto unknown = ablate({"--variants", "tuned", "lambda=2"});
   EXPECT_EQ(unknown.exit_code, 2);
   EXPECT_THAT(unknown.err, AllOf(HasSubstr("'lambda=2'"), HasSubstr("'lambda=0.5'")));
+}
+
+TEST_F(Ablate, WholePeopleAreOursAndThoseOfThePeerThatIsTreatedAlike) {
+  // Somebody walks out of a picture of 640 pixels, and is annotated as whole.
+  std::string truth, boxes;
+  for (int frame = 1; frame <= 60; ++frame) {
+    const int left = 500 + 2 * frame, width = std::min(40, 641 - left);
+    const std::string number = std::to_string(frame) + ",", place = std::to_string(left) + ",100,";
+    truth += number + "1," + place + "40,90,1,1,1\n";
+    boxes += number + "-1," + place + std::to_string(width) + ",90,0.9\n";
+  }
+  std::filesystem::create_directories(folder_ / "edge/det");
+  std::filesystem::create_directories(folder_ / "edge/gt");
+  write_file(folder_ / "edge/seqinfo.ini",
+             "[Sequence]\nname=edge\nframeRate=25\nseqLength=60\nimWidth=640\nimHeight=480\n");
+  write_file(folder_ / "edge/gt/gt.txt", truth);
+  write_file(folder_ / "edge/det/det.txt", boxes);
+  std::vector<std::string> words{"ablate",
+                                 "--sequences",
+                                 folder_ / "edge",
+                                 "--variants",
+                                 "SORT",
+                                 "ByteTrack",
+                                 "ByteTrack, smoothed and filled",
+                                 "tuned, no appearance",
+                                 "online, no appearance",
+                                 "--json"};
+  words.push_back(folder_ / "off.json");
+  ASSERT_EQ(run_sdmt(words).exit_code, 0);
+  words.back() = folder_ / "on.json";
+  words.emplace_back("--amodal");
+  ASSERT_EQ(run_sdmt(words).exit_code, 0);
+  const auto off = rows("off.json"), on = rows("on.json");
+  ASSERT_EQ(on.size(), 5U);
+  for (std::size_t i = 0; i < on.size(); ++i) {
+    const std::string name = on[i].at("variant");
+    const double gain = on[i].at("hota").get<double>() - off[i].at("hota").get<double>();
+    if (name == "SORT" || name == "ByteTrack") {
+      EXPECT_EQ(gain, 0) << name;
+    } else {
+      EXPECT_GT(gain, 0.05) << name;
+    }
+  }
 }
 
 TEST_F(Ablate, BadUsage) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <nlohmann/json.hpp>
@@ -91,6 +92,40 @@ TEST_F(TrackOutput, ThreadsAndDelayDoNotChangeAByte) {
   EXPECT_EQ(tracks(), expected);
   ASSERT_EQ(track(scene, {"--appearance", "histogram", "--delay", "0"}).exit_code, 0);
   EXPECT_NE(tracks(), expected);
+}
+
+TEST_F(TrackOutput, PeopleAreWholeBeyondThePictureOfTheInput) {
+  const auto sequence = motion_sequence("s", 100, 0);
+  std::string boxes;
+  for (int frame = 1; frame <= 100; ++frame) {
+    const int left = 780 + 2 * frame, width = std::min(40, 1001 - left);
+    boxes += std::to_string(frame) + ",-1," + std::to_string(left) + ",100," +
+             std::to_string(width) + ",90,0.9\n";
+  }
+  write_file(folder_ / "det.txt", boxes);
+  const auto rows = [&](const char* size) {
+    const auto result =
+        track(sequence, {"--no-appearance", "--detections", folder_ / "det.txt", "--amodal", size});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return tracks();
+  };
+  const auto farthest = [&](const char* size) {
+    rows(size);
+    double right = 0;
+    for (const auto& row : mot::read_results(folder_ / "tracks.txt")) {
+      right = std::max(right, row.box.left + row.box.width);
+    }
+    return right;
+  };
+  EXPECT_LT(farthest("off"), 1003);
+  EXPECT_GT(farthest("auto"), 1010);
+  EXPECT_EQ(rows("auto"), rows("1000x500"));
+
+  write_file(folder_ / "s/seqinfo.ini", "[Sequence]\nname=s\nframeRate=25\nseqLength=100\n");
+  const auto unknown =
+      track(sequence, {"--no-appearance", "--detections", folder_ / "det.txt", "--amodal", "auto"});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("expected --amodal off or WIDTHxHEIGHT"));
 }
 
 TEST_F(TrackOutput, AMissingFolderIsNoticedAtOnce) {

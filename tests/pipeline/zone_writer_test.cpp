@@ -63,7 +63,7 @@ TEST_F(ZoneWriters, OfACameraFollowTheSizeOfItsPictures) {
   std::vector<std::string> told;
   ZoneWriter writer(plan().in_picture(100, 100), files_,
                     Flowing{{}, [&](const std::string& text) { told.push_back(text); }});
-  PictureSize size{100, 100};
+  image::PictureSize size{100, 100};
   writer.follow(
       folder_ / "plan.json", [&] { return size; },
       [&] { return plan().in_picture(size.width, size.height); });

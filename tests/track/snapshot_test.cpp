@@ -78,6 +78,7 @@ std::vector<TrackerOptions> variants() {
   timed.input.frame_rate = 25;
   needed.appearance.embed = EmbedPolicy::needed;
   timed.scene.learning = SceneLearning::on;
+  timed.output.amodal = {900, 340};
   boosting.boosting.enabled = true;
   TrackerOptions held = TrackerOptions::paper();
   held.output.delay = 200;

@@ -57,6 +57,11 @@ TEST(TrackerOptions, NamesFieldValueAndBound) {
   EXPECT_EQ(error("position-noise", "0"), "position_noise is 0, expected > 0 and <= 100");
   EXPECT_EQ(error("min-confidence", "nan"), "min_confidence is nan, expected a number");
   EXPECT_EQ(error("gallery-size", "1001"), "gallery_size is 1001, expected 1..1000");
+  for (const char* size : {"640", "0x480", "640x", "640x480x2", "-1x-1", ""}) {
+    EXPECT_EQ(error("amodal", size),
+              std::string("amodal is '") + size +
+                  "', expected off, auto or the picture's size as 1920x1080");
+  }
   EXPECT_EQ(error("delay", "-3"), "delay is '-3', expected auto, inf or a number of frames >= 0");
   EXPECT_EQ(error("calibration", "1,0"),
             "calibration scale is 0.000000, expected a finite value > 0");

@@ -45,6 +45,14 @@ TEST_F(Plan, ReadsSequencesDetectorsAndCalibrations) {
   EXPECT_EQ(sequences[2].adjusted(options).input.calibration, sequences[2].calibration);
   options.input.calibration = {2, 2};
   EXPECT_EQ(sequences[2].adjusted(options).input.calibration, options.input.calibration);
+  // So do those that have a picture's size; "auto" is that of the sequence.
+  options.output.amodal = {7, 8};
+  EXPECT_EQ(sequences[0].adjusted(options).output.amodal, (image::PictureSize{7, 8}));
+  options.output.amodal = track::OutputOptions::kInputSize;
+  EXPECT_EQ(sequences[0].adjusted(options).output.amodal, (image::PictureSize{320, 180}));
+  TuningSequence unstated = sequences[0];
+  unstated.sequence.width = 0;
+  EXPECT_THROW(unstated.adjusted(options), std::invalid_argument);
 }
 
 TEST_F(Plan, HasTheBaseAndEveryCombinationOnce) {

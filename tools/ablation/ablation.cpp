@@ -142,10 +142,12 @@ AblationRow run_variant(const AblationVariant& variant, std::span<const Ablation
   std::int64_t frames = 0;
   const auto frame_done = [&] { progress(++done); };
   for (const auto& input : sequences) {
+    AblationVariant fitted = variant;
+    fitted.options.fit_to_picture({input.sequence.width, input.sequence.height}, input.gt.name);
     const auto tracked = variant.sort ? run_sort(input, *variant.sort, frame_done)
                          : variant.bytetrack
-                             ? run_bytetrack(input, variant, frame_done)
-                             : run_tracker(input, variant, appearance, frame_done, warning);
+                             ? run_bytetrack(input, fitted, frame_done)
+                             : run_tracker(input, fitted, appearance, frame_done, warning);
     seconds += tracked.seconds;
     frames += tracked.frames;
     row.evaluation.sequences.push_back(

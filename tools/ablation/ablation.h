@@ -52,9 +52,10 @@ struct AblationVariant {
 /// as ours, the tuned preset with the network, with colour histograms and by motion alone, and the
 /// online one by motion alone.
 /// `calibration` is that of the detector; only ByteTrack, the tuned and the online rows use it, the
-/// paper takes scores as they are.
+/// paper takes scores as they are. `amodal`: the same but for ByteTrack's online row report people
+/// whole.
 std::vector<AblationVariant> ablation_variants(
-    const std::optional<track::ScoreCalibration>& calibration);
+    const std::optional<track::ScoreCalibration>& calibration, bool amodal);
 
 /// A sequence to run on, with its detections.
 struct AblationSequence {

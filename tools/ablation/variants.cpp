@@ -4,7 +4,7 @@
 namespace sdmt::tools {
 
 std::vector<AblationVariant> ablation_variants(
-    const std::optional<track::ScoreCalibration>& calibration) {
+    const std::optional<track::ScoreCalibration>& calibration, bool amodal) {
   using track::TrackerOptions;
   const auto paper = [](auto change) {
     TrackerOptions options = TrackerOptions::paper();
@@ -15,6 +15,9 @@ std::vector<AblationVariant> ablation_variants(
   tuned.input.calibration = calibration;
   TrackerOptions online = TrackerOptions::online();
   online.input.calibration = calibration;
+  if (amodal) {
+    tuned.output.amodal = online.output.amodal = track::OutputOptions::kInputSize;
+  }
   constexpr auto kNetwork = VariantAppearance::network;
   constexpr auto kHistogram = VariantAppearance::histogram;
   constexpr auto kNone = VariantAppearance::none;

@@ -49,6 +49,7 @@ Tracks track(const std::string& input, const SceneView& view, const Warning& war
   for (const auto& note : frames->notes()) warn(note);
   track::TrackerOptions options = view.tracker.options;
   for (const auto& note : pipeline::fit_to_scores(options, *boxes)) warn(note);
+  pipeline::fit_to_picture(options, *frames, input);
   const auto appearance = view.tracker.load_appearance(warn);
   track::Tracker tracker(options, appearance.get());
 

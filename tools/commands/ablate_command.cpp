@@ -28,6 +28,7 @@ struct AblateOptions {
   std::string detections = "det.txt";
   std::string calibration = "none";
   std::string model;
+  bool amodal = false;
   ScoringArguments scoring;
 };
 
@@ -66,7 +67,7 @@ eval::Benchmark choose_benchmark(const AblateOptions& options,
 
 // The variants asked for, in the table's order; all when none is named.
 std::vector<AblationVariant> choose_variants(const AblateOptions& options) {
-  auto variants = ablation_variants(track::parse_calibration(options.calibration));
+  auto variants = ablation_variants(track::parse_calibration(options.calibration), options.amodal);
   if (options.variants.empty()) return variants;
   const auto& asked = options.variants;
   std::vector<AblationVariant> chosen;
@@ -153,6 +154,10 @@ void add_ablate_command(CLI::App& app) {
       ->type_name("NAME");
   command->add_option("--model", options->model, "Embedding network [the shipped one]")
       ->type_name("FILE");
+  command->add_flag(
+      "--amodal", options->amodal,
+      "The tuned rows, the online one and ByteTrack smoothed report people whole where "
+      "the picture's border cuts them, as MOT16, MOT17 and MOT20 annotate them");
   add_scoring_arguments(*command, options->scoring,
                         "Whose rules apply [MOT16 where the ground truth has classes, else MOT15]");
   command->callback([options] { run(*options); });

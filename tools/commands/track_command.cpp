@@ -59,8 +59,7 @@ zones::ZonePlan TrackCommand::zone_plan(const pipeline::FrameSource& frames) con
         ": how many frames a second it has is not known, and --zones counts in seconds; "
         "expected a video, or a sequence whose seqinfo.ini has a frameRate");
   }
-  auto picture = frames.picture();
-  if (picture.width == 0) picture = pipeline::picture_size(input);
+  const auto picture = pipeline::picture_size(frames, input);
   if (picture.width > 0) return plan.in_picture(picture.width, picture.height);
   if (plan.width > 0) return plan;
   throw std::invalid_argument(zones + ": the size of the input's picture is not known; expected " +
@@ -173,6 +172,7 @@ void TrackCommand::run_one(const Appearances& appearances,
   for (const auto& note : frames->notes()) warn(note);
   if (!boxes->file().empty() && !frames->numbering().empty()) warn(frames->numbering());
   for (const auto& note : pipeline::fit_to_scores(options, *boxes)) warn(note);
+  pipeline::fit_to_picture(options, *frames, input);
   mot::Sequence sequence;
   if (mot::Sequence::is_sequence(input)) sequence = mot::Sequence::read(input);
   const std::string odd = boxes->implausibility(sequence.width, sequence.height);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sdmt/image/image.h"
+#include "sdmt/image/picture_size.h"
 
 namespace sdmt::pipeline {
 
@@ -43,13 +44,6 @@ struct LiveCounts {
   double longest_lag = 0;
 };
 
-/// Pixels.
-struct PictureSize {
-  int width = 0;
-  int height = 0;
-  bool operator==(const PictureSize&) const = default;
-};
-
 /// What every input offers: its frames, one after the other.
 class FrameSource {
  public:
@@ -64,7 +58,7 @@ class FrameSource {
   virtual double frame_rate() const = 0;
   /// Size of the images of a camera or stream, as it is now; 0 and 0 for others, and where it is
   /// not known.
-  virtual PictureSize picture() const { return {}; }
+  virtual image::PictureSize picture() const { return {}; }
   /// Whether frames come with images at all; false for a MOT sequence without its img1.
   virtual bool has_images() const { return true; }
   /// Whether it has no end of its own, as a camera or a stream without a length: when frames stop
@@ -99,7 +93,9 @@ bool is_live(const std::string& input);
 
 /// Size of an input's images: what seqinfo.ini states, else that of the first image that can be
 /// read; 0 and 0 where there is none, or the input cannot be opened a second time.
-PictureSize picture_size(const std::string& input);
+image::PictureSize picture_size(const std::string& input);
+/// The same where the input is open: a camera or stream knows.
+image::PictureSize picture_size(const FrameSource& frames, const std::string& input);
 
 /// An input as messages name it: the user, password and query of a URL are replaced by "***".
 std::string display_name(const std::string& input);

@@ -60,7 +60,7 @@ class LiveSource : public FrameSource {
   bool next(Frame& frame, bool decode) override;
   int frame_count() const override { return 0; }
   double frame_rate() const override { return frame_rate_; }
-  PictureSize picture() const override;
+  image::PictureSize picture() const override;
   bool endless() const override { return true; }
   bool repeatable() const override { return false; }
   std::optional<LiveCounts> live() const override;
@@ -86,7 +86,7 @@ class LiveSource : public FrameSource {
   std::deque<Frame> frames_;
   std::vector<std::string> news_;
   LiveCounts counts_;
-  PictureSize picture_;
+  image::PictureSize picture_;
   bool ended_ = false;
 
   // Of the reader.

@@ -64,4 +64,8 @@ struct RunObservers {
 RunReport run_sequence(FrameSource& frames, DetectionSource& detections, track::Tracker& tracker,
                        bool images, const RunObservers& observers);
 
+/// TrackerOptions::fit_to_picture() of an input, whose size is looked for only where it is wanted.
+void fit_to_picture(track::TrackerOptions& options, const FrameSource& frames,
+                    const std::string& input);
+
 }  // namespace sdmt::pipeline

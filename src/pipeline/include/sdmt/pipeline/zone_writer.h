@@ -48,7 +48,7 @@ class ZoneWriter : public TrackWriter {
   /// what `read` makes of them from then on: stays end, what was counted so far is put aside as
   /// rotated_name() says, and counts begin anew. Where `read` throws, that is told, and the old
   /// plan stays. Flowing only.
-  void follow(std::filesystem::path file, std::function<PictureSize()> size,
+  void follow(std::filesystem::path file, std::function<image::PictureSize()> size,
               std::function<zones::ZonePlan()> read);
 
   const zones::ZoneCounter& counter() const { return counter_; }
@@ -57,7 +57,7 @@ class ZoneWriter : public TrackWriter {
   struct Stamp {  // what changes with the file or the pictures
     std::filesystem::file_time_type time;
     std::uintmax_t bytes = 0;
-    PictureSize size;
+    image::PictureSize size;
     bool operator==(const Stamp&) const = default;
   };
 
@@ -67,7 +67,7 @@ class ZoneWriter : public TrackWriter {
   void write_summaries();
 
   std::filesystem::path plan_file_;  // that is followed
-  std::function<PictureSize()> size_;
+  std::function<image::PictureSize()> size_;
   std::function<zones::ZonePlan()> read_plan_;
   Stamp plan_stamp_;
   std::chrono::steady_clock::time_point looked_;

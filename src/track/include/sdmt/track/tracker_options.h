@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 
+#include "sdmt/image/picture_size.h"
 #include "sdmt/track/scene.h"
 #include "sdmt/track/score_calibration.h"
 
@@ -170,7 +171,15 @@ struct OutputOptions {
   /// TrackerOptions::auto_delay(). 0: strictly online. kUnlimitedDelay: all output at finish().
   int delay = kAutoDelay;
 
+  /// The picture's size: people whom its border cuts are reported as far as they reach beyond it,
+  /// by the shape that they have where they are seen whole, as MOT16, MOT17 and MOT20 annotate
+  /// them; most of MOT15 ends at the border. 0 by 0, the default: off. kInputSize stands for the
+  /// size of an input that is yet to be opened, see TrackerOptions::fit_to_picture(); trackers
+  /// refuse it. Association takes boxes as they come either way.
+  image::PictureSize amodal;
+
   static constexpr int kAutoDelay = -1;
+  static constexpr image::PictureSize kInputSize{-1, -1};
   static constexpr int kUnlimitedDelay = std::numeric_limits<int>::max();
 };
 
@@ -207,6 +216,10 @@ struct TrackerOptions {
   int auto_delay() const;
   /// The lag at which it does: the delay or auto_delay(), whichever is less.
   int decision_lag() const;
+
+  /// Where `amodal` is to be the size of the input's picture, puts that there. Throws
+  /// std::invalid_argument, naming `whose`, where it is not known (0 by 0).
+  void fit_to_picture(const image::PictureSize& picture, const std::string& whose);
 
   /// Throws std::invalid_argument naming field, value and range.
   void validate() const;

@@ -24,7 +24,8 @@ struct TuningSequence {
   mot::DetectionFile detections;
   std::optional<track::ScoreCalibration> calibration;  ///< unless the options have one
 
-  /// The options to track it with: `options`, and the calibration where they have none.
+  /// The options to track it with: `options`, the calibration where they have none, and the size of
+  /// its picture where they ask for it. Throws std::invalid_argument where that is not stated.
   track::TrackerOptions adjusted(track::TrackerOptions options) const;
 };
 
