@@ -173,7 +173,10 @@ class Source:
 
     def __init__(self, text, out):
         place, *counts = text.split(":")
-        self.variants, self.degraded = [float(count) for count in counts] or (1.5, 1.5)
+        try:
+            self.variants, self.degraded = [float(count) for count in counts] or (1.5, 1.5)
+        except ValueError:
+            raise SystemExit(f"{text}: expected SOURCE or SOURCE:VARIANTS:DEGRADED, two numbers") from None
         path = pathlib.Path(place.split("=")[0])
         self.name = path.stem
         self.sequences = path.is_dir() and sorted(
@@ -236,6 +239,10 @@ def main():
     parser.add_argument("--seed", type=int, default=20)
     arguments = parser.parse_args()
 
+    for folder in ("crops", "clip", "made"):
+        if (arguments.out / folder).exists():
+            raise SystemExit(f"{arguments.out / folder}: is there already, and its crops would be taken "
+                             "for these; expected a new folder")
     sources = [Source(text, arguments.out) for text in arguments.sources]
     domains = {str(p): s.domain(i, "plain") for s in sources for i, p in enumerate(s.paths)}
     domains.update(make_others(sources, arguments.out / "made",

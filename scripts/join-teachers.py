@@ -3,12 +3,14 @@
 """Makes one teacher of two: their vectors of the same images side by side; or centres those of one.
 
   join-teachers.py OUT.safetensors --first FILE... [--second FILE... [--weight W]] [--domains FILE]
+                   [--keep-first-mean]
 
 FILEs are what `sdmt embed` and distillation-set.py write. Of either teacher the mean over all images
 of the first is taken away, as what all people have in common says nothing of who is who; with
 --domains, OUT/domains.json of distillation-set.py, the mean of the image's domain, so that what the
-vectors say of a camera and its light is not taught. What remains is cut to length 1, the second's
-times W, and the whole to length 1 again. Needs python3-numpy.
+vectors say of a camera and its light is not taught. With --keep-first-mean the first's are left as they
+are, for a teacher who knows more places than those that the images are of. What remains is cut to
+length 1, the second's times W, and the whole to length 1 again. Needs python3-numpy.
 """
 import argparse
 import json
@@ -46,6 +48,7 @@ def main():
     parser.add_argument("--second", nargs="+", default=[], metavar="FILE")
     parser.add_argument("--weight", type=float, default=0.5)
     parser.add_argument("--domains", type=pathlib.Path)
+    parser.add_argument("--keep-first-mean", action="store_true")
     arguments = parser.parse_args()
 
     first, second = vectors_of(arguments.first), vectors_of(arguments.second)
@@ -60,7 +63,8 @@ def main():
         if unknown:
             raise SystemExit(f"{arguments.domains}: knows no domain of {unknown[0]}")
         domains = [known[name] for name in first]
-    rows = centred(list(first.values()), domains)
+    rows = np.asarray(list(first.values()))
+    rows = unit(rows) if arguments.keep_first_mean else centred(rows, domains)
     if second:
         of_second = centred([second[name] for name in first], domains)
         rows = unit(np.hstack([rows, arguments.weight * of_second]))

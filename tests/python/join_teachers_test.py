@@ -65,6 +65,15 @@ class JoinTeachers(unittest.TestCase):
                 0.25 * less_the_mean_of(NAMES, self.second, name)]))
             np.testing.assert_allclose(joined[name], expected, atol=1e-6)
 
+    def test_leaves_the_first_as_it_is(self):
+        joined = self.join("--first", "first", "--second", "second", "--domains", "domains.json",
+                           "--keep-first-mean")
+        for name in NAMES:
+            alike = [other for other in NAMES if DOMAINS[other] == DOMAINS[name]]
+            expected = unit(np.concatenate([
+                unit(self.first[name]), 0.5 * less_the_mean_of(alike, self.second, name)]))
+            np.testing.assert_allclose(joined[name], expected, atol=1e-6)
+
     def test_refuses_what_has_no_vector_or_domain(self):
         write_embeddings(self.path / "short", NAMES[:3], [self.second[n] for n in NAMES[:3]])
         (self.path / "few.json").write_text(json.dumps({NAMES[0]: "yard"}))
