@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Time of Tracker::update by motion alone, by people in view: a square that grows with them, so
 // that the crowd is as dense as with 15 people in a picture of 1920 x 1080. The counter divides by
-// n log2 n: it must not rise.
+// n log2 n: it must not rise. And of finding how the camera moved, in a picture of that size.
 //   bench_track
 #include <benchmark/benchmark.h>
 
@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "sdmt/image/camera_motion.h"
+#include "sdmt/image/image.h"
 #include "sdmt/nn/random.h"
 #include "sdmt/track/tracker.h"
 
@@ -75,6 +77,37 @@ void update(benchmark::State& state) {
 }
 BENCHMARK(update)->Arg(8)->Arg(15)->Arg(31)->Arg(62)->Arg(125)->Arg(250)->Arg(500)->Unit(
     benchmark::kMillisecond);
+
+// A street of waves, seen from a camera that was shifted.
+image::Image street(int shift) {
+  image::Image picture(1920, 1080);
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      const double at = x + shift;
+      const double grey = 120 + 40 * std::sin(at / 31) + 30 * std::cos(y / 23.0) +
+                          30 * std::sin((at + 2 * y) / 97) +
+                          20 * std::sin(at / 9) * std::sin(y / 7.0);
+      for (int c = 0; c < 3; ++c) picture.pixel(x, y)[c] = static_cast<std::uint8_t>(grey);
+    }
+  }
+  return picture;
+}
+
+// `range`: pixels that it moves from each frame to the next, to and fro.
+void camera_motion(benchmark::State& state) {
+  const image::Image here = street(0), there = street(static_cast<int>(state.range(0)));
+  const std::vector<image::PixelRect> people(20, {600, 400, 80, 200});
+  image::CameraMotionEstimator estimator;
+  bool found = true;
+  for (auto _ : state) {
+    found = found && estimator.next(here.view(), people) && estimator.next(there.view(), people);
+  }
+  if (!found) state.SkipWithError("the motion was not found");
+  state.counters["s/frame"] =
+      benchmark::Counter(2.0 * static_cast<double>(state.iterations()),
+                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+BENCHMARK(camera_motion)->Arg(0)->Arg(10)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace sdmt::track
