@@ -16,7 +16,7 @@ constexpr double kOwnMisses = 0.01;
 // Comparisons of whole tracks in a frame: each is of some hundred pairs of vectors.
 constexpr std::size_t kMostTracks = 8;
 // States of tracks that are compared as tracks, at least; fewer where galleries hold fewer.
-constexpr int kGrownGallery = 15;
+constexpr int kGrownGallery = 10;
 
 double blended(double learned, std::int64_t observations, double prior) {
   const double n = static_cast<double>(observations) / kPriorObservations;

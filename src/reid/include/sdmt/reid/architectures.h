@@ -13,12 +13,10 @@ namespace sdmt::reid {
 /// for the trunk. height and width: multiples of 4.
 NetworkDescription vgg16(int height = 128, int width = 64);
 
-/// A small network, 0.25 GFLOP a patch where vgg16 has 3.1, for learning from a larger one: nine
-/// 3x3 convolutions, the first with stride 2, to a map of 8 x 4 x 256. Two of the first four are
-/// followed by instance normalisation, which takes away what a camera does to a whole picture (Pan
-/// et al., "Two at Once", ECCV 2018), the others by batch normalisation. The map is averaged over
-/// four stripes from head to foot (Sun et al., "Beyond Part Models", ECCV 2018), which go to 192
-/// numbers. height: a multiple of 32; width: of 64.
+/// A small network, 0.21 GFLOP a patch where vgg16 has 3.1, for learning from a larger one: nine
+/// 3x3 convolutions with batch normalisation, the first with stride 2, to a map of 8 x 4 x 192. The
+/// map is averaged over four stripes from head to foot (Sun et al., "Beyond Part Models", ECCV
+/// 2018), which go to 192 numbers. height: a multiple of 32; width: of 64.
 NetworkDescription lite(int height = 128, int width = 64);
 
 /// An architecture by its name, "vgg16" or "lite", or from a file of JSON text (see

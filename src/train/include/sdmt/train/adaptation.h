@@ -35,7 +35,7 @@ struct AdaptationOptions {
   double learning_rate = 3e-4;    ///< of Adam at the first step, falls to a tenth; > 0
   double anchor_weight = 0.1;     ///< of the anchor against what the tracks teach, >= 0
   std::int64_t score_every = 10;  ///< steps, >= 1; also after the last
-  int patience = 4;               ///< scorings in a row that find too little before it stops, >= 1
+  int patience = 8;               ///< scorings in a row that find too little before it stops, >= 1
 
   /// Throws std::invalid_argument naming field, value and bound.
   void validate() const;
