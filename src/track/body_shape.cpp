@@ -15,9 +15,12 @@ CutSides cut_sides(const mot::Tlwh& box, const image::PictureSize& picture) {
 }
 
 void BodyShape::see(const mot::Tlwh& box, const image::PictureSize& picture) {
-  if (cut_sides(box, picture).any()) return;
+  constexpr double kSlimmest = 0.01, kWidest = 100;  // beyond: nobody's shape
+  const double seen = box.width / box.height;
+  if (picture == image::PictureSize{} || cut_sides(box, picture).any()) return;
+  if (!(seen > kSlimmest && seen < kWidest)) return;
   boxes = std::min(boxes + 1, kRecent);
-  aspect += (box.width / box.height - aspect) / boxes;
+  aspect += (seen - aspect) / boxes;
 }
 
 mot::Tlwh BodyShape::whole(const mot::Tlwh& box, const image::PictureSize& picture) const {

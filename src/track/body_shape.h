@@ -26,7 +26,7 @@ struct BodyShape {
   double aspect = 0;  ///< width over height, mean of the last kRecent boxes or so
   int boxes = 0;      ///< seen whole, kRecent at most
 
-  /// A box as it was detected, in its own frame.
+  /// A box as it was detected, in its own frame. Of a picture of 0 by 0 nothing is learned.
   void see(const mot::Tlwh& box, const image::PictureSize& picture);
 
   /// The box, in its own frame, reaching beyond the side of the picture that cuts it as far as the

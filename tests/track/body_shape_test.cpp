@@ -55,6 +55,17 @@ TEST(BodyShape, LeavesABoxAsItIsWhereItCannotKnow) {
   EXPECT_EQ(shape.whole({1, 100, 70, 100}, kPicture), (mot::Tlwh{1, 100, 70, 100}));
 }
 
+TEST(BodyShape, NobodyIsAsThinAsALine) {
+  BodyShape shape;
+  for (const double extent : {1e-300, 1e-6}) {
+    shape.see({300, 200, extent, 100}, kPicture);
+    shape.see({300, 200, 100, extent}, kPicture);
+  }
+  shape.see({300, 200, 40, 100}, {});  // off
+  EXPECT_EQ(shape.boxes, 0);
+  EXPECT_EQ(shape.aspect, 0);
+}
+
 TEST(BodyShape, IsTheMeanOfTheLastBoxesSeenWhole) {
   BodyShape shape = shape_of(40, 100);
   shape.see({1, 100, 5, 100}, kPicture);  // cut
