@@ -15,7 +15,8 @@ namespace sdmt::track {
 
 /// How boxes become output, the same for all tracks of a tracker.
 struct OutputRules {
-  /// `lag`: frames between a frame and the decision about it.
+  /// `lag`: frames between a frame and the decision about it. Throws std::invalid_argument where
+  /// `amodal` is still OutputOptions::kInputSize.
   OutputRules(const OutputOptions& options, const MotionOptions& motion, int lag);
 
   ReportBox report;

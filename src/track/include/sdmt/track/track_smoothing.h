@@ -15,7 +15,8 @@ namespace sdmt::track {
 /// (ByteTrackOptions::report); smoothing those that a filter has smoothed already blunts turns.
 ///
 /// `frames` are consecutive; `output.delay` is not used. Throws std::invalid_argument as
-/// TrackerOptions::validate(), and for frames that are not consecutive.
+/// TrackerOptions::validate(), for frames that are not consecutive, and where `output.amodal` is
+/// still OutputOptions::kInputSize.
 std::vector<FinishedFrame> smooth_tracks(std::span<const FinishedFrame> frames,
                                          const OutputOptions& output, const MotionOptions& motion);
 
