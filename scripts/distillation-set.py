@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Makes what a small network is taught with: crops of many places, and a teacher's vectors for them.
 
-  distillation-set.py OUT [--teacher NETWORK.onnx] SOURCE[:VARIANTS:DEGRADED]...
+  distillation-set.py OUT [--teacher NETWORK.onnx] [--made NAME] SOURCE[:VARIANTS:DEGRADED]...
 
 A SOURCE is a folder of crops (a re-identification set, or crops without names), a folder of MOT
 sequences that have frames and ground truth, or a video with the boxes of its people in it,
@@ -14,7 +14,8 @@ VIDEO=BOXES, as `sdmt detect` writes them. Of each crop are made, on average,
 Written are
   OUT/crops/            people of the sequences
   OUT/clip/             people of the video
-  OUT/made/             variants and degraded crops
+  OUT/made/             variants and degraded crops; --made gives the folder another name, as the
+                        folders of one training must differ in theirs
   OUT/domains.json      for each image where it comes from and what was done to it; the teacher's
                         vectors of one such domain have much in common (join-teachers.py --domains)
   OUT/teacher.safetensors   with --teacher: its unit vectors of all of these and of the folders'
@@ -26,6 +27,7 @@ deviation. The same seed gives the same crops. Needs python3-opencv and python3-
 import argparse
 import json
 import pathlib
+import re
 
 import cv2
 import numpy as np
@@ -197,10 +199,12 @@ class Source:
         self.images = [cv2.resize(read(p), SIZE) for p in self.paths]
 
     def domain(self, i, kind):
-        """Sequences are places of their own, with too few crops to tell the kinds apart."""
+        """Sequences are places of their own, with too few crops to tell the kinds apart; so are the
+        cameras of a re-identification set."""
         if self.sequences:
             return self.paths[i].name.rsplit("-", 2)[0]
-        return f"{self.name}/{kind}"
+        camera = re.match(r"-?\d+_(c\d+)", self.paths[i].name)
+        return "/".join([self.name, *(camera.groups() if camera else ()), kind])
 
 
 def whole(count, rng):
@@ -236,16 +240,17 @@ def main():
     parser.add_argument("out", type=pathlib.Path)
     parser.add_argument("sources", nargs="+", metavar="source")
     parser.add_argument("--teacher")
+    parser.add_argument("--made", default="made", metavar="NAME")
     parser.add_argument("--seed", type=int, default=20)
     arguments = parser.parse_args()
 
-    for folder in ("crops", "clip", "made"):
+    for folder in ("crops", "clip", arguments.made):
         if (arguments.out / folder).exists():
             raise SystemExit(f"{arguments.out / folder}: is there already, and its crops would be taken "
                              "for these; expected a new folder")
     sources = [Source(text, arguments.out) for text in arguments.sources]
     domains = {str(p): s.domain(i, "plain") for s in sources for i, p in enumerate(s.paths)}
-    domains.update(make_others(sources, arguments.out / "made",
+    domains.update(make_others(sources, arguments.out / arguments.made,
                                np.random.default_rng(arguments.seed)))
     (arguments.out / "domains.json").write_text(json.dumps(domains))
     print(f"{len(domains)} crops of {len(set(domains.values()))} domains: {arguments.out}")

@@ -2,15 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Makes one teacher of two: their vectors of the same images side by side; or centres those of one.
 
-  join-teachers.py OUT.safetensors --first FILE... [--second FILE... [--weight W]] [--domains FILE]
-                   [--keep-first-mean]
+  join-teachers.py OUT.safetensors --first FILE... [--second FILE... [--weight W]] [--domains FILE...]
+                   [--keep-first-mean] [--align FILE...]
 
 FILEs are what `sdmt embed` and distillation-set.py write. Of either teacher the mean over all images
 of the first is taken away, as what all people have in common says nothing of who is who; with
 --domains, OUT/domains.json of distillation-set.py, the mean of the image's domain, so that what the
 vectors say of a camera and its light is not taught. With --keep-first-mean the first's are left as they
 are, for a teacher who knows more places than those that the images are of. What remains is cut to
-length 1, the second's times W, and the whole to length 1 again. Needs python3-numpy.
+length 1, the second's times W, and the whole to length 1 again. With --align, vectors that a network
+makes of these images, the whole is turned, and cut to as many dimensions, so that it lies as close to
+them as it can (orthogonal Procrustes problem): that network then need not learn other axes first when
+it is trained on. Needs python3-numpy.
 """
 import argparse
 import json
@@ -41,14 +44,26 @@ def centred(rows, domains):
     return unit(rows - (sums / counts[:, None])[domain_of])
 
 
+def aligned(rows, model):
+    """Rows turned to those of the model, and cut to as many dimensions."""
+    left, _, right = np.linalg.svd(rows.T @ model, full_matrices=False)
+    turned = rows @ (left @ right)
+    kept = (turned ** 2).sum(axis=1).mean()
+    turned = unit(turned)
+    print(f"{kept:.3f} of the squared length kept, mean dot product with the network's vectors "
+          f"{(turned * model).sum(axis=1).mean():.3f}")
+    return turned
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("out")
     parser.add_argument("--first", nargs="+", required=True, metavar="FILE")
     parser.add_argument("--second", nargs="+", default=[], metavar="FILE")
     parser.add_argument("--weight", type=float, default=0.5)
-    parser.add_argument("--domains", type=pathlib.Path)
+    parser.add_argument("--domains", nargs="+", default=[], type=pathlib.Path)
     parser.add_argument("--keep-first-mean", action="store_true")
+    parser.add_argument("--align", nargs="+", default=[], metavar="FILE")
     arguments = parser.parse_args()
 
     first, second = vectors_of(arguments.first), vectors_of(arguments.second)
@@ -58,16 +73,26 @@ def main():
                          f"such as {missing[0]}")
     domains = [""] * len(first)
     if arguments.domains:
-        known = json.loads(arguments.domains.read_text())
+        known = {}
+        for file in arguments.domains:
+            known.update(json.loads(file.read_text()))
         unknown = [name for name in first if name not in known]
         if unknown:
-            raise SystemExit(f"{arguments.domains}: knows no domain of {unknown[0]}")
+            raise SystemExit(f"{arguments.domains[-1]}: knows no domain of {unknown[0]}, nor does a "
+                             "file before it")
         domains = [known[name] for name in first]
     rows = np.asarray(list(first.values()))
     rows = unit(rows) if arguments.keep_first_mean else centred(rows, domains)
     if second:
         of_second = centred([second[name] for name in first], domains)
         rows = unit(np.hstack([rows, arguments.weight * of_second]))
+    if arguments.align:
+        model = vectors_of(arguments.align)
+        missing = [name for name in first if name not in model]
+        if missing:
+            raise SystemExit(f"{len(missing)} of {len(first)} images have no vector to align with, "
+                             f"such as {missing[0]}")
+        rows = aligned(rows, unit(np.asarray([model[name] for name in first])))
     write_embeddings(arguments.out, list(first), rows)
     print(f"{len(rows)} images, {rows.shape[1]} values each: {arguments.out}")
 

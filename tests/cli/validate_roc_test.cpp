@@ -178,6 +178,44 @@ TEST_F(ValidateRoc, SeveralSetsAndTheVectorsOfAnotherNetwork) {
               HasSubstr("expected one --data"));
 }
 
+// embed --centre of each camera's images alone is what --centre does with all.
+TEST_F(ValidateRoc, CentresCameras) {
+  const TemporaryFolder out;
+  std::vector<std::string> words = {"--centre", "--json", out / "roc.json"};
+  for (const char* camera : {"_c1s", "_c2s"}) {
+    const std::string file = out / (std::string(camera) + ".safetensors");
+    std::vector<std::string> embed = {"embed", "--centre", "--model", model(), "--output", file};
+    for (const auto* part : {"query", "bounding_box_test"}) {
+      for (const auto& entry : fs::directory_iterator(set() / part)) {
+        if (entry.path().filename().string().find(camera) != std::string::npos) {
+          embed.push_back(entry.path());
+        }
+      }
+    }
+    ASSERT_EQ(run_sdmt(embed).exit_code, 0);
+    words.insert(words.end(), {"--embeddings", "each=" + file});
+  }
+  const auto result = validate(set(), words);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr(", less camera means"));
+  const auto json = nlohmann::json::parse(read_file(out / "roc.json"));
+  const auto& others = json["baselines"];
+  ASSERT_EQ(others.size(), 3u);  // each; each and the model, centred
+  const auto centred = std::find_if(others.begin(), others.end(), [&](const auto& one) {
+    return one["person_only"] == others["each"]["person_only"] &&
+           one["map"] == others["each"]["map"];
+  });
+  EXPECT_NE(centred, others.end());
+  EXPECT_NE(others["each"]["person_only"], json["person_only"]);
+
+  const auto alone = set() / "query/0007_c1s1_000000_00.jpg";
+  EXPECT_THAT(run_sdmt({"embed", "--centre", "--model", model(), "--output",
+                        out / "one.safetensors", alone})
+                  .err,
+              HasSubstr("camera 1 has 1 image, expected at least 2"));
+  EXPECT_FALSE(fs::exists(out / "one.safetensors"));
+}
+
 TEST_F(ValidateRoc, PrintsTheRatesAtTheStoredThreshold) {
   const TemporaryFolder out;
   const auto copy = out / "model.safetensors";

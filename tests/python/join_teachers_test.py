@@ -74,11 +74,51 @@ class JoinTeachers(unittest.TestCase):
                 unit(self.first[name]), 0.5 * less_the_mean_of(alike, self.second, name)]))
             np.testing.assert_allclose(joined[name], expected, atol=1e-6)
 
+    def test_domains_may_stand_in_several_files(self):
+        for part in (0, 1):
+            (self.path / f"part{part}.json").write_text(
+                json.dumps({name: DOMAINS[name] for name in NAMES[part::2]}))
+        whole = self.join("--first", "first", "--domains", "domains.json")
+        parts = self.join("--first", "first", "--domains", "part0.json", "part1.json")
+        for name in NAMES:
+            np.testing.assert_array_equal(parts[name], whole[name])
+
+    def test_turns_the_rows_to_those_of_a_network(self):
+        rng = np.random.default_rng(9)
+        plain = self.join("--first", "first")
+        turn = np.linalg.qr(rng.normal(size=(5, 5)))[0]
+        write_embeddings(self.path / "network", NAMES, [turn @ plain[name] for name in NAMES])
+        turned = self.join("--first", "first", "--align", "network")
+        for name in NAMES:
+            np.testing.assert_allclose(turned[name], turn @ plain[name], atol=1e-5)
+
+    def test_no_other_turn_lies_closer(self):
+        rng = np.random.default_rng(10)
+        network = np.array([unit(v) for v in rng.normal(size=(len(NAMES), 5))])
+        write_embeddings(self.path / "network", NAMES, list(network))
+        plain = self.join("--first", "first")
+        rows = np.array([plain[name] for name in NAMES])
+        turned = self.join("--first", "first", "--align", "network")
+        found = np.array([turned[name] for name in NAMES])
+        np.testing.assert_allclose(found @ found.T, rows @ rows.T, atol=1e-5)  # a turn, no more
+        best = max((rows @ np.linalg.qr(rng.normal(size=(5, 5)))[0] * network).sum()
+                   for _ in range(2000))
+        self.assertGreater((found * network).sum(), best)
+
+    def test_cuts_to_the_dimensions_of_the_network(self):
+        rng = np.random.default_rng(11)
+        write_embeddings(self.path / "network", NAMES, [unit(v) for v in rng.normal(size=(12, 3))])
+        turned = self.join("--first", "first", "--align", "network")
+        for name in NAMES:
+            self.assertEqual(turned[name].shape, (3,))
+            self.assertAlmostEqual(np.linalg.norm(turned[name]), 1, places=5)
+
     def test_refuses_what_has_no_vector_or_domain(self):
         write_embeddings(self.path / "short", NAMES[:3], [self.second[n] for n in NAMES[:3]])
         (self.path / "few.json").write_text(json.dumps({NAMES[0]: "yard"}))
         for options, text in ((["--second", "short"], "9 of 12 images have no vector of the second"),
-                              (["--domains", "few.json"], "knows no domain of people/0001.jpg")):
+                              (["--domains", "few.json"], "knows no domain of people/0001.jpg"),
+                              (["--align", "short"], "9 of 12 images have no vector to align with")):
             done = subprocess.run(
                 [sys.executable, "-B", SCRIPTS / "join-teachers.py", "out", "--first", "first",
                  *options], cwd=self.path, capture_output=True, text=True)

@@ -136,7 +136,8 @@ TEST(TrainingConfiguration, IsWrittenAsEver) {
 }
 
 TEST(TrainerOptionTable, ReadsTheConfigFiles) {
-  for (const char* name : {"train-quick", "train-frozen", "train-lite", "train-market1501"}) {
+  for (const char* name :
+       {"train-quick", "train-frozen", "train-lite", "train-as-is", "train-market1501"}) {
     std::ifstream file(std::string(SDMT_CONFIGS_DIR) + "/" + name + ".json");
     ASSERT_TRUE(file) << name;
     const auto config = nlohmann::json::parse(file);

@@ -12,6 +12,7 @@
 #include "cli/progress.h"
 #include "cli/shipped_files.h"
 #include "sdmt/media/image_file.h"
+#include "sdmt/reid/camera_means.h"
 #include "sdmt/reid/embedder.h"
 
 namespace sdmt::tools {
@@ -24,6 +25,7 @@ struct EmbedOptions {
   std::string model;
   std::string output;
   std::vector<std::string> images;
+  bool centre = false;
 };
 
 // Decodes all files, by all threads. The error of the first bad one, in their order, is thrown.
@@ -45,7 +47,7 @@ void run(const EmbedOptions& options) {
 
   const std::vector<fs::path> paths(options.images.begin(), options.images.end());
   constexpr std::size_t kAtOnce = 160;  // pictures in memory
-  std::vector<float> embeddings;
+  nn::Tensor embeddings({static_cast<int>(paths.size()), 1, 1, embedder.dimension()});
   Progress progress("embed", static_cast<std::int64_t>(paths.size()), "images");
   for (std::size_t first = 0; first < paths.size(); first += kAtOnce) {
     const auto piece = std::span(paths).subspan(first, std::min(kAtOnce, paths.size() - first));
@@ -64,8 +66,12 @@ void run(const EmbedOptions& options) {
                                                 images[i].height));
       }
     }
-    embeddings.insert(embeddings.end(), rows.values.begin(), rows.values.end());
+    std::copy(rows.values.begin(), rows.values.end(), embeddings.image(static_cast<int>(first)));
     progress.update(static_cast<std::int64_t>(first + piece.size()));
+  }
+
+  if (options.centre) {
+    reid::subtract_camera_means(embeddings, std::vector<int>(paths.size(), 1));
   }
 
   io::SafetensorsWriter writer;
@@ -73,7 +79,7 @@ void run(const EmbedOptions& options) {
                       nlohmann::json(options.images)
                           .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   writer.add("embeddings", {paths.size(), static_cast<std::size_t>(embedder.dimension())},
-             embeddings);
+             embeddings.values());
   writer.write(options.output);
 }
 
@@ -91,6 +97,10 @@ void add_embed_command(CLI::App& app) {
                    "order of the images")
       ->required()
       ->type_name("FILE");
+  command->add_flag(
+      "--centre", options->centre,
+      "The images are of one camera, of dozens of people: take away the mean of their "
+      "vectors, its light and background");
   command->add_option("IMAGE", options->images, "JPEG or PNG files, each one crop")->required();
   command->callback([options] { run(*options); });
 }

@@ -140,7 +140,11 @@ void ValidateRocCommand::run() const {
     for (const auto& path : described.back().unreadable) {
       say(stdout, "left out: {}\n", path.string());
     }
-    Progress progress("scoring", kScoringSteps * static_cast<std::int64_t>(here.size()), "steps");
+    const auto centred = static_cast<std::size_t>(std::count_if(
+        here.begin(), here.end(),
+        [&](const Contender& contender) { return validation.centre && !contender.distance; }));
+    Progress progress("scoring", kScoringSteps * static_cast<std::int64_t>(here.size() + centred),
+                      "steps");
     sets.push_back(score(described.back(), here, validation, name_of(data[i]),
                          [&](std::int64_t done) { progress.update(done); }));
   }
@@ -201,6 +205,8 @@ void add_validate_roc_command(CLI::App& app) {
       ->capture_default_str();
   sub->add_flag("--baselines", command->baselines,
                 "Also score an untrained head, the trunk's features and a colour histogram");
+  sub->add_flag("--centre", command->validation.centre,
+                "Also score all vectors less the mean of their camera's");
   sub->add_flag("--write-threshold", command->write_threshold, "Store tau_a in the model file");
   sub->add_option("--plot", command->plot, "Write the plot here (SVG)")->type_name("FILE");
   sub->add_option("--report", command->report, "Write a report here (HTML)")->type_name("FILE");

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "cli/text_table.h"
+#include "sdmt/reid/camera_means.h"
 #include "sdmt/reid/market1501.h"
 
 namespace sdmt::tools {
@@ -44,24 +45,21 @@ reid::LabelledEmbeddings subset(const reid::LabelledEmbeddings& all,
   return part;
 }
 
-ContenderScores score_contender(const Contender& contender, const reid::LabelledEmbeddings& rows,
-                                const std::vector<ValidationCrop>& crops,
-                                const ValidationOptions& options,
-                                const std::function<void()>& step) {
-  const std::optional<double> tau_a =
-      contender.descriptor ? contender.descriptor->tau_a() : std::nullopt;
+ContenderScores score_rows(const std::string& name, const reid::LabelledEmbeddings& rows,
+                           const reid::PairDistance& distance, std::optional<double> tau_a,
+                           const std::vector<ValidationCrop>& crops,
+                           const ValidationOptions& options, const std::function<void()>& step) {
   const reid::OperatingPoints points{tau_a.value_or(0), options.target_fpr};
   const auto curve = [&](reid::PairSet set) {
     reid::PairOptions pairs;
     pairs.set = set;
     pairs.pairs = options.pairs;
     pairs.seed = options.seed;
-    auto result =
-        validated(reid::pair_curve(rows, pairs, contender.distance), points, options.seed);
+    auto result = validated(reid::pair_curve(rows, pairs, distance), points, options.seed);
     step();
     return result;
   };
-  ContenderScores scores{.name = contender.name,
+  ContenderScores scores{.name = name,
                          .person_only = curve(reid::PairSet::person_only),
                          .cross_camera = {},
                          .paper = curve(reid::PairSet::paper),
@@ -71,7 +69,7 @@ ContenderScores score_contender(const Contender& contender, const reid::Labelled
   if (across.positives > 0 && across.negatives > 0) {
     scores.cross_camera = curve(reid::PairSet::cross_camera);
   }
-  if (contender.distance) return scores;
+  if (distance) return scores;
   scores.search =
       reid::reid_metrics(subset(rows, crops, [](const auto& crop) { return crop.query; }),
                          subset(rows, crops, [](const auto& crop) { return crop.gallery; }));
@@ -294,13 +292,25 @@ ValidationScores score(const DescribedCrops& described, std::span<const Contende
   }
   scores.people = static_cast<int>(people.size());
   scores.cameras = static_cast<int>(cameras.size());
+  const auto add = [&](const std::string& name, const reid::LabelledEmbeddings& rows,
+                       const reid::PairDistance& distance, std::optional<double> tau_a) {
+    std::int64_t steps = kScoringSteps * static_cast<std::int64_t>(scores.contenders.size());
+    scores.contenders.push_back(score_rows(name, rows, distance, tau_a, described.crops, options,
+                                           [&] { progress(++steps); }));
+    progress(kScoringSteps * static_cast<std::int64_t>(scores.contenders.size()));
+  };
+  progress(0);
   for (std::size_t f = 0; f < described.rows.size(); ++f) {
-    std::int64_t steps = kScoringSteps * static_cast<std::int64_t>(f);
-    progress(steps);
-    scores.contenders.push_back(score_contender(contenders[f], described.rows[f], described.crops,
-                                                options, [&] { progress(++steps); }));
+    const Contender& contender = contenders[f];
+    add(contender.name, described.rows[f], contender.distance,
+        contender.descriptor ? contender.descriptor->tau_a() : std::nullopt);
   }
-  progress(kScoringSteps * static_cast<std::int64_t>(described.rows.size()));
+  for (std::size_t f = 0; f < described.rows.size() && options.centre; ++f) {
+    if (contenders[f].distance) continue;
+    reid::LabelledEmbeddings rows = described.rows[f];
+    reid::subtract_camera_means(rows.embeddings, rows.camids);
+    add(contenders[f].name + ", less camera means", rows, {}, {});
+  }
   const reid::Roc& roc = scores.contenders.front().person_only.pairs.roc;
   scores.thresholds = threshold_choices(roc);
   scores.chosen = choose_threshold(roc, options.criterion, options.target_fpr);

@@ -22,6 +22,9 @@ struct ValidationOptions {
   /// "eer", "crossing" (of the distance histograms) or "fpr" (at most target_fpr).
   std::string criterion = "accuracy";
   double target_fpr = 0.01;  ///< in (0, 1)
+  /// Also scores all rows that are compared by Euclidean distance after
+  /// reid::subtract_camera_means(), as contenders of their own.
+  bool centre = false;
 
   /// Throws std::invalid_argument naming field, value and bound.
   void validate() const;
@@ -64,12 +67,13 @@ struct ValidationScores {
   int distractors = 0;  ///< images
   int unreadable = 0;   ///< images
   ValidationOptions options;
-  std::vector<ContenderScores> contenders;  ///< the model's first, then the others
+  std::vector<ContenderScores>
+      contenders;  ///< the model's first, then the others, then the centred
   std::vector<ThresholdChoice> thresholds;
   ThresholdChoice chosen;  ///< by options.criterion
 };
 
-/// Steps of score() for each contender.
+/// Steps of score() for each contender, centred ones included.
 inline constexpr int kScoringSteps = 4;
 
 /// Scores every contender; the thresholds are the first's. `progress` gets the steps done. Throws
