@@ -3,7 +3,7 @@
 """Makes one teacher of two: their vectors of the same images side by side; or centres those of one.
 
   join-teachers.py OUT.safetensors --first FILE... [--second FILE... [--weight W]] [--domains FILE...]
-                   [--keep-first-mean] [--align FILE...]
+                   [--keep-first-mean] [--align FILE...] [--person W]
 
 FILEs are what `sdmt embed` and distillation-set.py write. Of either teacher the mean over all images
 of the first is taken away, as what all people have in common says nothing of who is who; with
@@ -13,11 +13,14 @@ are, for a teacher who knows more places than those that the images are of. What
 length 1, the second's times W, and the whole to length 1 again. With --align, vectors that a network
 makes of these images, the whole is turned, and cut to as many dimensions, so that it lies as close to
 them as it can (orthogonal Procrustes problem): that network then need not learn other axes first when
-it is trained on. Needs python3-numpy.
+it is trained on. With --person, images named as in Market-1501 (PID_cCAM...) get W of their person's mean
+vector and 1 - W of their own: the teacher is told who is one person. Needs python3-numpy.
 """
 import argparse
+import collections
 import json
 import pathlib
+import re
 
 import numpy as np
 
@@ -55,6 +58,21 @@ def aligned(rows, model):
     return turned
 
 
+def drawn_to_people(rows, names, weight):
+    """Rows of named images, moved to the mean of their person's in that folder."""
+    people = collections.defaultdict(list)
+    for i, name in enumerate(names):
+        folder, _, file = name.rpartition("/")
+        named = re.match(r"(\d+)_c\d", file)
+        if named and int(named[1]) > 0:
+            people[folder, int(named[1])].append(i)
+    moved = rows.copy()
+    for images in people.values():
+        mean = unit(rows[images].mean(axis=0, keepdims=True))
+        moved[images] = (1 - weight) * rows[images] + weight * mean
+    return unit(moved)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("out")
@@ -64,7 +82,10 @@ def main():
     parser.add_argument("--domains", nargs="+", default=[], type=pathlib.Path)
     parser.add_argument("--keep-first-mean", action="store_true")
     parser.add_argument("--align", nargs="+", default=[], metavar="FILE")
+    parser.add_argument("--person", type=float, default=0, metavar="W")
     arguments = parser.parse_args()
+    if not 0 <= arguments.person <= 1:
+        raise SystemExit(f"--person is {arguments.person}, expected 0 to 1")
 
     first, second = vectors_of(arguments.first), vectors_of(arguments.second)
     missing = [name for name in first if name not in second]
@@ -93,6 +114,7 @@ def main():
             raise SystemExit(f"{len(missing)} of {len(first)} images have no vector to align with, "
                              f"such as {missing[0]}")
         rows = aligned(rows, unit(np.asarray([model[name] for name in first])))
+    rows = drawn_to_people(rows, list(first), arguments.person)
     write_embeddings(arguments.out, list(first), rows)
     print(f"{len(rows)} images, {rows.shape[1]} values each: {arguments.out}")
 

@@ -113,10 +113,26 @@ class JoinTeachers(unittest.TestCase):
             self.assertEqual(turned[name].shape, (3,))
             self.assertAlmostEqual(np.linalg.norm(turned[name]), 1, places=5)
 
+    def test_draws_images_to_their_person(self):
+        names = ["a/0001_c1_1.jpg", "a/0001_c2_1.jpg", "a/0002_c1_1.jpg", "b/0001_c1_1.jpg",
+                 "a/0000_c1_1.jpg", "a/-1_c1_1.jpg", "c/000123.jpg"]
+        rows = [unit(row) for row in np.random.default_rng(6).normal(size=(7, 4))]
+        write_embeddings(self.path / "named", names, rows)
+        subprocess.run([sys.executable, "-B", SCRIPTS / "join-teachers.py", "out", "--first",
+                        "named", "--keep-first-mean", "--person", "0.25"], cwd=self.path, check=True,
+                       stdout=subprocess.DEVNULL)
+        joined = read_embeddings(self.path / "out")[1]
+        person = unit(rows[0] + rows[1])
+        for i in (0, 1):
+            np.testing.assert_allclose(joined[i], unit(0.75 * rows[i] + 0.25 * person), atol=1e-6)
+        for i in range(2, 7):  # alone, of another folder, nobody's, not named
+            np.testing.assert_allclose(joined[i], rows[i], atol=1e-6)
+
     def test_refuses_what_has_no_vector_or_domain(self):
         write_embeddings(self.path / "short", NAMES[:3], [self.second[n] for n in NAMES[:3]])
         (self.path / "few.json").write_text(json.dumps({NAMES[0]: "yard"}))
         for options, text in ((["--second", "short"], "9 of 12 images have no vector of the second"),
+                              (["--person", "1.5"], "--person is 1.5, expected 0 to 1"),
                               (["--domains", "few.json"], "knows no domain of people/0001.jpg"),
                               (["--align", "short"], "9 of 12 images have no vector to align with")):
             done = subprocess.run(
