@@ -3,7 +3,7 @@
 """Makes one teacher of two: their vectors of the same images side by side; or centres those of one.
 
   join-teachers.py OUT.safetensors --first FILE... [--second FILE... [--weight W]] [--domains FILE...]
-                   [--keep-first-mean] [--align FILE...] [--person W]
+                   [--keep-first-mean] [--align FILE...] [--person SHARE]
 
 FILEs are what `sdmt embed` and distillation-set.py write. Of either teacher the mean over all images
 of the first is taken away, as what all people have in common says nothing of who is who; with
@@ -13,8 +13,8 @@ are, for a teacher who knows more places than those that the images are of. What
 length 1, the second's times W, and the whole to length 1 again. With --align, vectors that a network
 makes of these images, the whole is turned, and cut to as many dimensions, so that it lies as close to
 them as it can (orthogonal Procrustes problem): that network then need not learn other axes first when
-it is trained on. With --person, images named as in Market-1501 (PID_cCAM...) get W of their person's mean
-vector and 1 - W of their own: the teacher is told who is one person. Needs python3-numpy.
+it is trained on. With --person, images named as in Market-1501 (PID_cCAM...) go that SHARE of the way, 0
+to 1, to their person's mean vector: the teacher is told who is one person. Needs python3-numpy.
 """
 import argparse
 import collections
@@ -32,6 +32,13 @@ def vectors_of(files):
     for file in files:
         vectors.update(zip(*read_embeddings(file)))
     return vectors
+
+
+def require(names, vectors, purpose):
+    missing = [name for name in names if name not in vectors]
+    if missing:
+        raise SystemExit(f"{len(missing)} of {len(names)} images have no vector {purpose}, "
+                         f"such as {missing[0]}")
 
 
 def unit(rows):
@@ -82,16 +89,14 @@ def main():
     parser.add_argument("--domains", nargs="+", default=[], type=pathlib.Path)
     parser.add_argument("--keep-first-mean", action="store_true")
     parser.add_argument("--align", nargs="+", default=[], metavar="FILE")
-    parser.add_argument("--person", type=float, default=0, metavar="W")
+    parser.add_argument("--person", type=float, default=0, metavar="SHARE")
     arguments = parser.parse_args()
     if not 0 <= arguments.person <= 1:
         raise SystemExit(f"--person is {arguments.person}, expected 0 to 1")
 
     first, second = vectors_of(arguments.first), vectors_of(arguments.second)
-    missing = [name for name in first if name not in second]
-    if arguments.second and missing:
-        raise SystemExit(f"{len(missing)} of {len(first)} images have no vector of the second teacher, "
-                         f"such as {missing[0]}")
+    if arguments.second:
+        require(first, second, "of the second teacher")
     domains = [""] * len(first)
     if arguments.domains:
         known = {}
@@ -109,10 +114,7 @@ def main():
         rows = unit(np.hstack([rows, arguments.weight * of_second]))
     if arguments.align:
         model = vectors_of(arguments.align)
-        missing = [name for name in first if name not in model]
-        if missing:
-            raise SystemExit(f"{len(missing)} of {len(first)} images have no vector to align with, "
-                             f"such as {missing[0]}")
+        require(first, model, "to align with")
         rows = aligned(rows, unit(np.asarray([model[name] for name in first])))
     rows = drawn_to_people(rows, list(first), arguments.person)
     write_embeddings(arguments.out, list(first), rows)

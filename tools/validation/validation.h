@@ -67,8 +67,8 @@ struct ValidationScores {
   int distractors = 0;  ///< images
   int unreadable = 0;   ///< images
   ValidationOptions options;
-  std::vector<ContenderScores>
-      contenders;  ///< the model's first, then the others, then the centred
+  /// The model's first, then the others, then all of these centred where that was asked for.
+  std::vector<ContenderScores> contenders;
   std::vector<ThresholdChoice> thresholds;
   ThresholdChoice chosen;  ///< by options.criterion
 };
